@@ -1,0 +1,19 @@
+"""The one type of state that the companion's stages pass on."""
+
+from dataclasses import dataclass
+
+from companion.frames import Quaternion, Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleState:
+    """One sample of the vehicle's motion, as the autopilot reports it."""
+
+    time_s: float
+    """Autopilot's time since its boot at which the sample is true."""
+    position_enu_m: Vector3
+    """Position in the autopilot's local frame, turned to ENU."""
+    velocity_enu_m_s: Vector3
+    attitude_flu_to_enu: Quaternion
+    """(w, x, y, z), body FLU to world ENU."""
+    rate_flu_rad_s: Vector3
