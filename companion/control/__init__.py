@@ -1,0 +1,1 @@
+"""Pure control laws: arrays in, arrays out.  No I/O, no clock, no global state."""

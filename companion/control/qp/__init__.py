@@ -1,0 +1,1 @@
+"""Quadratic programmes behind one small port (`port.py`), one file per solver."""

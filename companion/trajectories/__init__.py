@@ -1,0 +1,1 @@
+"""Desired trajectories: position with its derivatives, as pure functions of time."""

@@ -1,0 +1,106 @@
+"""The five test trajectories: sums of sinusoids of a ramped time.
+
+Each is written as ``centre + Σ amplitude · sin(frequency · s + phase)`` per axis, with
+``cos x = sin(x + π/2)`` and, for the rose, the product of two cosines as a sum.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.trajectories.smooth_time import RAMP_S, ramped
+from companion.trajectories.trajectory import Array, Motion
+
+_QUARTER = math.pi / 2
+
+
+@dataclass(frozen=True, slots=True)
+class Harmonic:
+    """One sinusoid of the path time s."""
+
+    amplitude_m: tuple[float, float, float]
+    frequency_rad_s: float
+    phase_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class HarmonicTrajectory:
+    """A trajectory made of sinusoids; scored from 0 to `scored_s`, at rest two seconds later."""
+
+    name: str
+    centre_m: tuple[float, float, float]
+    harmonics: tuple[Harmonic, ...]
+    scored_s: float = 20.0
+
+    @property
+    def end_s(self) -> float:
+        """Time at which it has come to rest, s."""
+        return self.scored_s + RAMP_S
+
+    def position(self, times_s: Array) -> Array:
+        """Desired positions (samples, 3) in metres, ENU."""
+        s = ramped(times_s, self.scored_s)[0]
+        position = np.tile(np.array(self.centre_m), (len(s), 1))
+        for h in self.harmonics:
+            position += np.sin(h.frequency_rad_s * s + h.phase_rad)[:, None] * h.amplitude_m
+        return position
+
+    def motion(self, times_s: Array) -> Motion:
+        """Desired positions, velocities and accelerations (samples, 3), ENU."""
+        s, rate, curvature = ramped(times_s, self.scored_s)
+        along = np.zeros((len(s), 3))
+        bend = np.zeros((len(s), 3))
+        for h in self.harmonics:
+            angle = h.frequency_rad_s * s + h.phase_rad
+            amplitude = np.array(h.amplitude_m)
+            along += (h.frequency_rad_s * np.cos(angle))[:, None] * amplitude
+            bend -= (h.frequency_rad_s**2 * np.sin(angle))[:, None] * amplitude
+        return Motion(
+            self.position(times_s),
+            along * rate[:, None],
+            bend * (rate**2)[:, None] + along * curvature[:, None],
+        )
+
+
+_TILT = math.radians(25.0)
+
+TEST_TRAJECTORIES: dict[int, HarmonicTrajectory] = {
+    1: HarmonicTrajectory(
+        "1 line", (0.0, 0.0, 1.2), (Harmonic((-1.0, -0.6, -0.25), 0.67, _QUARTER),)
+    ),
+    2: HarmonicTrajectory(
+        "2 circle",
+        (0.0, 0.0, 1.2),
+        (Harmonic((1.0, 0.0, 0.0), 1.0, _QUARTER), Harmonic((0.0, 1.0, 0.0), 1.0, 0.0)),
+    ),
+    3: HarmonicTrajectory(
+        "3 tilted ellipse",
+        (0.0, 0.0, 1.2),
+        (
+            Harmonic((1.2 * math.cos(_TILT), 0.0, 1.2 * math.sin(_TILT)), 1.1, _QUARTER),
+            Harmonic((0.0, 0.8, 0.0), 1.1, 0.0),
+        ),
+    ),
+    4: HarmonicTrajectory(
+        "4 figure-eight",
+        (0.0, 0.0, 1.2),
+        (
+            Harmonic((1.2, 0.0, 0.0), 0.8, 0.0),
+            Harmonic((0.0, 0.9, 0.0), 1.6, 0.0),
+            Harmonic((0.0, 0.0, 0.35), 0.8, 0.7),
+        ),
+    ),
+    5: HarmonicTrajectory(
+        "5 rose",
+        (0.0, 0.0, 1.2),
+        (
+            Harmonic((0.6, 0.0, 0.0), 2.2, _QUARTER),
+            Harmonic((0.6, 0.0, 0.0), 1.1, _QUARTER),
+            Harmonic((0.0, 0.6, 0.0), 2.2, 0.0),
+            Harmonic((0.0, -0.6, 0.0), 1.1, 0.0),
+            Harmonic((0.0, 0.0, 0.4), 1.1, 0.0),
+        ),
+    ),
+}
+"""The five test trajectories, by number, of rising difficulty in a volume of 3 × 3 × 2 m."""
