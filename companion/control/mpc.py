@@ -13,8 +13,7 @@ The closed form is evaluated for all axes in one product; where it meets every c
 the optimum.  Only axes that violate one go to the solver.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -23,7 +22,8 @@ from companion.control.qp.condensed import AxisProblem, Weights, condense
 from companion.control.qp.port import QpSolver, QpSolverFactory
 from companion.control.reference_model import Array, discretise_position_model
 
-MpcStatus = Literal["closed_form", "solved", "failed"]
+MpcStatus = Literal["closed_form", "solved", "shifted_plan", "clipped_closed_form"]
+"""How the reference came about; the last two are the fallbacks when a solve failed."""
 
 _TOLERANCE = 1e-6
 _SLACK_QUADRATIC = 1e3
@@ -49,6 +49,8 @@ class MpcSettings:
     """Soft lower bound of y2 per axis (geofence)."""
     box_high_m: tuple[float, ...]
     penalise_absolute_r: bool = False
+    shifted_plans_at_most: int = 10
+    """After this many failed solves in a row the shifted plan gives way to the closed form."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,8 @@ class MpcMemory:
     """(axes,) the one before."""
     plan_m: Array
     """(N_h + 1, axes) the last plan, of which the first row was applied."""
+    failures: int = 0
+    """Solves that failed in a row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +79,7 @@ class MpcRecord:
     solver_status: str
     iterations: int
     predicted_position_m: Array
-    """(N_h + 1, axes): the positions that the plan leads to; empty after a failure."""
+    """(N_h + 1, axes): the positions that the plan leads to; empty after a failed solve."""
 
 
 class Mpc:
@@ -120,7 +124,9 @@ class Mpc:
     @property
     def preview_times_s(self) -> Array:
         """Offsets from k̄ at which `step` wants y*: k̄ … k̄+N_h+1, (N_h + 2,)."""
-        times: Array = np.arange(self.settings.horizon + 2) * self.settings.period_s
+        times: Array = self.settings.period_s * np.arange(
+            self.settings.horizon + 2, dtype=np.float64
+        )
         return times
 
     def start(self, r_m: Array) -> MpcMemory:
@@ -130,14 +136,40 @@ class Mpc:
 
     def step(
         self, memory: MpcMemory, position_m: Array, velocity_m_s: Array, preview_m: Array
-    ) -> tuple[Array | None, MpcRecord]:
-        """Plan from the state at k̄.
+    ) -> tuple[MpcMemory, Array, MpcRecord]:
+        """Plan from the state at k̄ and apply the first input, or the best that can be had.
+
+        When a constrained axis can't be solved, the last plan is shifted by one; after
+        `MpcSettings.shifted_plans_at_most` failures in a row the closed form takes over, clipped
+        to the hard bound.
 
         Args:
             memory: the references applied before.
             position_m: (axes,) y2 at k̄.
             velocity_m_s: (axes,) y1 at k̄.
             preview_m: (N_h + 2, axes) y* at k̄ … k̄+N_h+1.
+
+        Returns:
+            The new memory, the reference to apply (axes,), and the record.
+        """
+        plan, record = self.plan(memory, position_m, velocity_m_s, preview_m)
+        if plan is not None:
+            return MpcMemory(plan[0], memory.applied_r_m, plan), plan[0], record
+        failures = memory.failures + 1
+        shifted = np.vstack([memory.plan_m[1:], memory.plan_m[-1:]])
+        if failures <= self.settings.shifted_plans_at_most:
+            status: MpcStatus = "shifted_plan"
+            applied = shifted[0]
+        else:
+            status = "clipped_closed_form"
+            applied = self._closed_form_clipped(memory, position_m, velocity_m_s, preview_m)
+        advanced = MpcMemory(applied, memory.applied_r_m, shifted, failures)
+        return advanced, applied, replace(record, status=status)
+
+    def plan(
+        self, memory: MpcMemory, position_m: Array, velocity_m_s: Array, preview_m: Array
+    ) -> tuple[Array | None, MpcRecord]:
+        """Solve the optimisation problem; arguments as for `step`.
 
         Returns:
             The plan (N_h + 1, axes), or None if a constrained axis could not be solved, and the
@@ -189,7 +221,9 @@ class Mpc:
             status = solution[2]
             if solution[0] is None:
                 empty = np.empty((0, axes))
-                record = MpcRecord("failed", constrained, r_max_active, status, iterations, empty)
+                record = MpcRecord(
+                    "shifted_plan", constrained, r_max_active, status, iterations, empty
+                )
                 return None, record
             plan[i] = solution[0]
         position = (self._position_from_state @ state + self._position_from_r @ plan[:, :, None])[
@@ -200,13 +234,10 @@ class Mpc:
         )
         return plan.T + centre, record
 
-    def closed_form_clipped(
+    def _closed_form_clipped(
         self, memory: MpcMemory, position_m: Array, velocity_m_s: Array, preview_m: Array
     ) -> Array:
-        """First input of the unconstrained optimum, clipped to the bound on its second difference.
-
-        The rung of the ladder below a plan that could not be had; (axes,).
-        """
+        """First input (axes,) of the unconstrained optimum, clipped to the hard bound."""
         n = self.settings.horizon + 1
         centre = preview_m[0]
         desired = (preview_m - centre).T
@@ -221,17 +252,6 @@ class Mpc:
             first, straight - self._second_limit, straight + self._second_limit
         )
         return clipped
-
-    def advance(self, memory: MpcMemory, applied_r_m: Array, plan_m: Array | None) -> MpcMemory:
-        """Memory after a reference was applied; without a new plan the old one moves on."""
-        if plan_m is None:
-            plan_m = np.vstack([memory.plan_m[1:], memory.plan_m[-1:]])
-        return MpcMemory(applied_r_m, memory.applied_r_m, plan_m)
-
-    def shifted_plan(self, memory: MpcMemory) -> Array:
-        """The next input of the last plan, (axes,)."""
-        following: Array = memory.plan_m[min(1, len(memory.plan_m) - 1)]
-        return following
 
     def _solve_axis(
         self, axis: int, data: Array, past: tuple[float, float], box_m: tuple[float, float]
@@ -302,8 +322,3 @@ def _with_slacks(problem: AxisProblem, constraints: Array) -> tuple[Array, Array
     hessian[:n, :n] = problem.hessian
     hessian[n:, n:] = _SLACK_QUADRATIC * np.eye(2)
     return hessian, constraints
-
-
-def r_max_share(records: Sequence[MpcRecord]) -> float:
-    """Share of the ticks at which the bound on the second difference was active, 0..1."""
-    return sum(r.r_max_active for r in records) / max(1, len(records))

@@ -18,7 +18,7 @@ class MotionLimits:
 
 
 def problems_of(trajectory: Trajectory, limits: MotionLimits) -> list[str]:
-    """Sentences on what does not fit, each with time, figure, limit and remedy; empty if it fits."""
+    """Sentences on what does not fit: time, figure, limit and remedy; empty if all fits."""
     times = np.arange(0.0, trajectory.end_s + 0.01, 0.01)
     motion = trajectory.motion(times)
     found: list[str] = []
@@ -31,8 +31,8 @@ def problems_of(trajectory: Trajectory, limits: MotionLimits) -> list[str]:
         if size[worst] > limit:
             found.append(
                 f"trajectory '{trajectory.name}' needs a {what} of {size[worst]:.2f} {unit} at "
-                f"t = {times[worst]:.2f} s, the vehicle's limit is {limit:g} {unit}. Fly it slower, "
-                "or raise the limit in the vehicle's file if the vehicle can do it."
+                f"t = {times[worst]:.2f} s, the vehicle's limit is {limit:g} {unit}. Fly it "
+                "slower, or raise the limit in the vehicle's file if the vehicle can do it."
             )
     low, high = np.array(limits.box_low_m), np.array(limits.box_high_m)
     outside = np.maximum(low - motion.position_m, motion.position_m - high)

@@ -9,12 +9,15 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import yaml
 
 from companion.trajectories.trajectory import Array, Motion
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 _COLUMNS = ("t", "x", "y", "z")
 
@@ -42,7 +45,7 @@ class SplineTrajectory:
         return self.times_s[-1]
 
     @cached_property
-    def _spline(self) -> Any:
+    def _spline(self) -> "BSpline":
         from scipy.interpolate import make_interp_spline
 
         rest = [(1, np.zeros(3)), (2, np.zeros(3))]

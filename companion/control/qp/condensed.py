@@ -93,7 +93,7 @@ def condense(a: Array, b: Array, horizon: int, weights: Weights) -> AxisProblem:
         np.linalg.cholesky(hessian)
     except np.linalg.LinAlgError as error:
         raise ValueError("the MPC's cost is not positive definite: give r or s > 0") from error
-    gain: Array = -np.linalg.solve(hessian, gradient)
+    gain: Array = np.asarray(-np.linalg.solve(hessian, gradient), dtype=np.float64)
     return AxisProblem(
         position_from_state=free[:, 0, :],
         position_from_r=position_from_r,

@@ -1,0 +1,60 @@
+"""Carrying the state over the delay of the loop.
+
+What the controller decides now acts on the vehicle only after the telemetry's and the command's
+transport delay; so the outer controller plans from the state that the vehicle will have then.  The
+way there is known: the ideal system D(s) under the references that were applied meanwhile.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from companion.control.reference_model import Array, discretise_position_model
+
+
+@dataclass(frozen=True, slots=True)
+class AppliedReference:
+    """A position reference and the time from which on it acts on the vehicle."""
+
+    from_s: float
+    r2_m: Array
+
+
+@lru_cache(maxsize=512)
+def _model(m: tuple[float, ...], gain_k: tuple[float, ...], dt_ms: int) -> tuple[Array, Array]:
+    return discretise_position_model(np.array(m), np.array(gain_k), dt_ms * 1e-3)
+
+
+def carry(
+    m: tuple[float, ...],
+    gain_k: tuple[float, ...],
+    position_m: Array,
+    velocity_m_s: Array,
+    sample_s: float,
+    until_s: float,
+    applied: tuple[AppliedReference, ...],
+) -> tuple[Array, Array]:
+    """State at `until_s` of the ideal system that was seen at `sample_s`.
+
+    Args:
+        m: (axes,) as in the L1 controller, 1/s.
+        gain_k: (axes,) K, 1/s.
+        position_m: (axes,) at the sample.
+        velocity_m_s: (axes,) at the sample.
+        sample_s: time of the sample.
+        until_s: time to carry it to; intervals are rounded to a millisecond.
+        applied: references in order of time, the first in effect at `sample_s` or before; if it
+            is later than that, it is taken as in effect from `sample_s` on.
+    """
+    state = np.stack([position_m, velocity_m_s], axis=1)
+    now = sample_s
+    for k, reference in enumerate(applied):
+        end = applied[k + 1].from_s if k + 1 < len(applied) else until_s
+        span_ms = round((min(end, until_s) - now) * 1e3)
+        if span_ms <= 0:
+            continue
+        a, b = _model(m, gain_k, span_ms)
+        state = (a @ state[:, :, None])[:, :, 0] + b * reference.r2_m[:, None]
+        now += span_ms * 1e-3
+    return state[:, 0], state[:, 1]

@@ -1,0 +1,197 @@
+"""The named stacks of controllers: an outer one, an inner one, and the maps to a setpoint.
+
+``mpc-l1``: the MPC gives the position reference r2, the L1 controller below gives u, and the tilt,
+yaw and thrust maps make an attitude and a thrust of it.
+
+A stack is pure: memory and input in, memory, command and record out.  It reads no clock; every
+tick carries its times in.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from companion.control import delay, l1_adaptive, thrust, tilt, yaw
+from companion.control.mpc import Mpc, MpcMemory, MpcRecord
+from companion.control.reference_model import Array
+from companion.frames import Quaternion, euler_from_quaternion, quaternion_from_euler, tilt_cosine
+from companion.vehicle_state import VehicleState
+
+Reference = Callable[[Array], Array]
+"""Desired positions (samples, 3), ENU m, at autopilot times (samples,), s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the vehicle may be asked for, whatever the laws want."""
+
+    tilt_rad: float
+    climb_m_s: float
+    descent_m_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """One sample of the state, with all that the stack may know about its time."""
+
+    state: VehicleState
+    loop_delay_s: float
+    """From the sample's time until a command decided on it acts on the vehicle, s."""
+    desired_yaw_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class StackMemory:
+    """What a stack carries from tick to tick."""
+
+    sample_s: float
+    outer: MpcMemory
+    outer_due_s: float
+    """Autopilot time from which on the outer controller runs again."""
+    applied: tuple[delay.AppliedReference, ...]
+    inner: l1_adaptive.L1Memory
+    thrust: thrust.ThrustMemory
+    yaw_rad: float
+    """Commanded yaw, ENU."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What goes to the vehicle: an attitude and a collective thrust."""
+
+    attitude_flu_to_enu: Quaternion
+    thrust: float
+    """Thrust field of the autopilot, 0..1, along the body's vertical."""
+
+
+@dataclass(frozen=True, slots=True)
+class StackRecord:
+    """Why the command is what it is."""
+
+    r2_m: Array
+    inner: l1_adaptive.L1Record
+    applied_u: Array
+    roll_rad: float
+    pitch_rad: float
+    hover_thrust: float
+    outer: MpcRecord | None
+    """None at a tick at which the outer controller did not run."""
+
+
+@dataclass(frozen=True, slots=True)
+class MpcL1:
+    """The paper's stack."""
+
+    outer: Mpc
+    inner: l1_adaptive.L1Gains
+    thrust: thrust.ThrustGains
+    yaw: yaw.YawGains
+    limits: Limits
+
+    def start(self, state: VehicleState) -> StackMemory:
+        """Memory with which the stack takes over at a state, without a bump."""
+        roll, pitch, yaw_rad = euler_from_quaternion(state.attitude_flu_to_enu)
+        u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_rad)
+        velocity = np.array(state.velocity_enu_m_s)
+        u = np.array([u_x, u_y, velocity[2]])
+        position = np.array(state.position_enu_m)
+        r2 = position + velocity / np.array(self.inner.gain_k)
+        return StackMemory(
+            sample_s=state.time_s,
+            outer=self.outer.start(r2),
+            outer_due_s=state.time_s,
+            applied=(delay.AppliedReference(state.time_s, r2),),
+            inner=l1_adaptive.start(velocity, u),
+            thrust=thrust.start(self.thrust, float(velocity[2])),
+            yaw_rad=yaw_rad,
+        )
+
+    def step(
+        self, memory: StackMemory, tick: Tick, reference: Reference
+    ) -> tuple[StackMemory, Command, StackRecord]:
+        """Advance by one sample; `tick.state.time_s` must be later than the one before.
+
+        Raises:
+            ValueError: time does not advance.
+        """
+        state = tick.state
+        dt = state.time_s - memory.sample_s
+        if dt <= 0.0:
+            raise ValueError(f"time does not advance: {memory.sample_s} s, then {state.time_s} s")
+        position = np.array(state.position_enu_m)
+        velocity = np.array(state.velocity_enu_m_s)
+
+        outer_record: MpcRecord | None = None
+        if state.time_s >= memory.outer_due_s - 1e-6:
+            memory, outer_record = self._plan(memory, tick, position, velocity, reference)
+        r2 = memory.applied[-1].r2_m
+
+        inner, inner_record = l1_adaptive.step(self.inner, memory.inner, r2, position, velocity, dt)
+        u_x, u_y, u_z = (float(value) for value in inner_record.u)
+        u_x, u_y = tilt.limit_tilt(u_x, u_y, self.limits.tilt_rad)
+        u_z = max(-self.limits.descent_m_s, min(self.limits.climb_m_s, u_z))
+        applied_u = np.array([u_x, u_y, u_z])
+
+        _, _, yaw_rad = euler_from_quaternion(state.attitude_flu_to_enu)
+        roll, pitch = tilt.roll_pitch_from_u(u_x, u_y, yaw_rad)
+        yaw_command = yaw.step(self.yaw, memory.yaw_rad, tick.desired_yaw_rad, yaw_rad, dt)
+        thrust_memory, thrust_field = thrust.step(
+            self.thrust,
+            memory.thrust,
+            u_z,
+            float(velocity[2]),
+            tilt_cosine(state.attitude_flu_to_enu),
+            dt,
+        )
+        advanced = replace(
+            memory,
+            sample_s=state.time_s,
+            inner=l1_adaptive.with_applied(inner, applied_u),
+            thrust=thrust_memory,
+            yaw_rad=yaw_command,
+        )
+        command = Command(quaternion_from_euler(roll, pitch, yaw_command), thrust_field)
+        record = StackRecord(
+            r2_m=r2,
+            inner=inner_record,
+            applied_u=applied_u,
+            roll_rad=roll,
+            pitch_rad=pitch,
+            hover_thrust=thrust.thrust_from_force(
+                thrust_memory.hover_force, self.thrust.thrust_curve
+            ),
+            outer=outer_record,
+        )
+        return advanced, command, record
+
+    def _plan(
+        self,
+        memory: StackMemory,
+        tick: Tick,
+        position: Array,
+        velocity: Array,
+        reference: Reference,
+    ) -> tuple[StackMemory, MpcRecord]:
+        """Run the outer controller from the state carried over the delay."""
+        sample_s = tick.state.time_s
+        acts_s = sample_s + tick.loop_delay_s
+        carried_position, carried_velocity = delay.carry(
+            self.inner.m, self.inner.gain_k, position, velocity, sample_s, acts_s, memory.applied
+        )
+        preview = reference(acts_s + self.outer.preview_times_s)
+        outer, r2, record = self.outer.step(
+            memory.outer, carried_position, carried_velocity, preview
+        )
+        period = self.outer.settings.period_s
+        skipped = max(0, math.floor((sample_s - memory.outer_due_s) / period + 1e-6))
+        in_effect = [k for k, a in enumerate(memory.applied) if a.from_s <= sample_s]
+        kept = memory.applied[in_effect[-1] if in_effect else 0 :]
+        advanced = replace(
+            memory,
+            outer=outer,
+            outer_due_s=memory.outer_due_s + (skipped + 1) * period,
+            applied=(*kept, delay.AppliedReference(acts_s, r2)),
+        )
+        return advanced, record
