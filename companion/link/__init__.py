@@ -1,0 +1,1 @@
+"""Ways for bytes to reach an autopilot: one interface over UDP or memory."""

@@ -1,0 +1,53 @@
+"""The interface of all links, and what they count."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+OnBytes = Callable[[bytes, float], None]
+"""Called with received bytes and the loop's time at which they came."""
+
+
+class LinkError(Exception):
+    """A link cannot be made; the text says what, where and the remedy, in one paragraph."""
+
+
+@dataclass(slots=True)
+class LinkCounters:
+    """What has passed a link."""
+
+    bytes_in: int = 0
+    packets_in: int = 0
+    bytes_out: int = 0
+    packets_out: int = 0
+    foreign_packets: int = 0
+    """Dropped: they came from somebody who is not the peer."""
+    unsent_packets: int = 0
+    """Dropped: there was nobody to send them to, or the system refused them."""
+    errors: int = 0
+    """Errors that the system reported, such as a port that nobody listens on."""
+
+
+class Link(Protocol):
+    """Carries bytes to and from one peer."""
+
+    counters: LinkCounters
+    on_bytes: OnBytes | None
+    """Set this before `open`."""
+
+    async def open(self) -> None:
+        """Make the link ready.
+
+        Raises:
+            LinkError: it cannot be.
+        """
+
+    def send(self, data: bytes) -> None:
+        """Send bytes, never waiting and never raising for what the network does."""
+
+    def close(self) -> None:
+        """End the link; safe to call twice."""
+
+    @property
+    def description(self) -> str:
+        """Where it leads, for a person."""

@@ -1,0 +1,151 @@
+"""MAVLink over UDP.
+
+`udpin` binds and waits: the first sender of something valid becomes the peer, and from then on
+datagrams of anybody else are dropped before they are looked at.  `udpout` knows its peer from
+the start; the system itself then drops what others send.
+"""
+
+import asyncio
+import socket
+from collections.abc import Callable
+
+from companion.link.link import LinkCounters, LinkError, OnBytes
+from companion.link.url import LinkUrl
+
+_SHORTEST_FRAME = 8
+_MAGICS = (0xFD, 0xFE)
+
+Address = tuple[str, int]
+
+
+def looks_like_mavlink(data: bytes) -> bool:
+    """True if a datagram begins with a whole frame, by its first bytes and its length."""
+    if len(data) < _SHORTEST_FRAME or data[0] not in _MAGICS:
+        return False
+    if data[0] == _MAGICS[1]:
+        return len(data) >= 8 + data[1]
+    return data[2] <= 1 and len(data) >= 12 + data[1] + (13 if data[2] else 0)
+
+
+class UdpLink:
+    """One UDP socket with one peer, for either direction of the address."""
+
+    def __init__(
+        self, url: LinkUrl, accept_peer: Callable[[bytes], bool] = looks_like_mavlink
+    ) -> None:
+        """Prepare a link; nothing is opened yet.
+
+        Args:
+            url: where to bind (`udpin`) or to whom to send (`udpout`).
+            accept_peer: for `udpin`, decides by a datagram whether its sender is the peer.
+        """
+        self.url = url
+        self.counters = LinkCounters()
+        self.on_bytes: OnBytes | None = None
+        self.peer: Address | None = None
+        """Who the peer is; None while `udpin` waits for it."""
+        self.local: Address | None = None
+        """Where the socket is bound: the port that was free, if 0 was asked for."""
+        self._accept_peer = accept_peer
+        self._transport: asyncio.DatagramTransport | None = None
+
+    @property
+    def description(self) -> str:
+        """Where it leads, for a person."""
+        if self.url.scheme == "udpout" or self.local is None:
+            return str(self.url)
+        return str(LinkUrl("udpin", self.url.host, self.local[1]))
+
+    async def open(self) -> None:
+        """Bind or connect the socket.
+
+        Raises:
+            LinkError: the host is unknown, or the address is taken or not this computer's.
+        """
+        loop = asyncio.get_running_loop()
+        inward = self.url.scheme == "udpin"
+        address = await self._resolve(loop, passive=inward)
+        try:
+            transport, _ = await loop.create_datagram_endpoint(
+                lambda: _Protocol(self, loop),
+                local_addr=address if inward else None,
+                remote_addr=None if inward else address,
+            )
+        except OSError as error:
+            raise LinkError(self._why_not(error)) from error
+        self._transport = transport
+        self.local = transport.get_extra_info("sockname")[:2]
+        if not inward:
+            self.peer = address
+
+    def send(self, data: bytes) -> None:
+        """Send one datagram to the peer; without a peer it is dropped and counted."""
+        transport = self._transport
+        if transport is None or self.peer is None:
+            self.counters.unsent_packets += 1
+            return
+        self.counters.packets_out += 1
+        self.counters.bytes_out += len(data)
+        transport.sendto(data, None if self.url.scheme == "udpout" else self.peer)
+
+    def close(self) -> None:
+        """Close the socket."""
+        if self._transport is not None:
+            self._transport.close()
+            self._transport = None
+
+    def take(self, data: bytes, sender: Address, now_s: float) -> None:
+        """Take a datagram from the socket: drop a stranger's, pass the peer's on."""
+        if sender != self.peer:
+            if self.peer is not None or not self._accept_peer(data):
+                self.counters.foreign_packets += 1
+                return
+            self.peer = sender
+        self.counters.packets_in += 1
+        self.counters.bytes_in += len(data)
+        if self.on_bytes is not None:
+            self.on_bytes(data, now_s)
+
+    async def _resolve(self, loop: asyncio.AbstractEventLoop, *, passive: bool) -> Address:
+        try:
+            found = await loop.getaddrinfo(
+                self.url.host,
+                self.url.port,
+                type=socket.SOCK_DGRAM,
+                flags=socket.AI_PASSIVE if passive else 0,
+            )
+        except OSError as error:
+            raise LinkError(
+                f"The link {self.url} cannot be opened: the host {self.url.host!r} is not known "
+                f"({error}). Check the spelling, or give its address in numbers."
+            ) from error
+        host, port = found[0][4][:2]
+        return (str(host), int(port))
+
+    def _why_not(self, error: OSError) -> str:
+        if self.url.scheme == "udpout":
+            return (
+                f"The link {self.url} cannot be opened: {error.strerror or error}. Check that "
+                "this computer has a network on which that host can be reached."
+            )
+        return (
+            f"The link {self.url} cannot be opened: {error.strerror or error}. If another "
+            f"program (a ground station, another companion) has UDP port {self.url.port}, end "
+            "it or choose another port; if the host is not an address of this computer, use "
+            "127.0.0.1, or 0.0.0.0 for all of its networks."
+        )
+
+
+class _Protocol(asyncio.DatagramProtocol):
+    """What asyncio calls; errors of the network are counted and survived."""
+
+    def __init__(self, link: UdpLink, loop: asyncio.AbstractEventLoop) -> None:
+        self._link = link
+        self._time = loop.time
+
+    def datagram_received(self, data: bytes, addr: tuple[str | int, ...]) -> None:
+        self._link.take(data, addr[:2], self._time())  # type: ignore[arg-type]
+
+    def error_received(self, exc: Exception) -> None:
+        # ICMP "port unreachable": nobody listens yet, or no longer. It may come back.
+        self._link.counters.errors += 1

@@ -1,0 +1,1 @@
+"""MAVLink without input or output: bytes and times in, bytes and verdicts out."""

@@ -1,0 +1,173 @@
+"""Splits a byte stream into MAVLink frames, whatever else the stream carries.
+
+Packet layout: https://mavlink.io/en/guide/serialization.html.  For ids whose CRC_EXTRA is known
+the CRC decides whether bytes are a frame.  For other ids the CRC still has to be one of the 256
+(of 65,536) values that *some* CRC_EXTRA could give.  Bytes that are no frame are skipped one at
+a time, so that a false start in noise never swallows a true frame behind it.
+"""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from companion.mavlink.crc import CRC_TABLE, crc16
+from companion.mavlink.dialect import CRC_EXTRA, CRC_EXTRA_UNDECODABLE
+
+MAGIC_V1 = 0xFE
+MAGIC_V2 = 0xFD
+LARGEST_FRAME = 280
+"""Bytes: header 10, payload 255, CRC 2, signature 13."""
+
+_INCOMPATIBLE_SIGNED = 0x01
+_MOST_UNKNOWN_IDS = 64
+OTHER_IDS = -1
+"""Key under which `FramerCounters.unknown_ids` counts what came after its table was full."""
+
+_ALL_CRC_EXTRA = CRC_EXTRA | CRC_EXTRA_UNDECODABLE
+_LAST_STEPS = frozenset(CRC_TABLE)
+
+
+class Frame(NamedTuple):
+    """One packet as it was on the wire: a tuple, since that is immutable and cheap to make."""
+
+    raw: bytes
+    """The whole packet, from the magic byte to the CRC or the signature."""
+    version: int
+    """1 or 2."""
+    message_id: int
+    system_id: int
+    component_id: int
+    sequence: int
+    signed: bool
+    """True if a signature is attached; it has not been checked here."""
+
+    @property
+    def payload(self) -> bytes:
+        """Payload bytes, without the zeros that MAVLink 2 cuts off at the end."""
+        raw = self.raw
+        start = 10 if self.version == 2 else 6
+        return raw[start : start + raw[1]]
+
+    @property
+    def decodable(self) -> bool:
+        """True if the dialect knows the message, so that `codec.decode` can read it."""
+        return self.message_id in CRC_EXTRA
+
+
+@dataclass(slots=True)
+class FramerCounters:
+    """What a framer has seen so far."""
+
+    frames: int = 0
+    """Frames given out, known and unknown."""
+    crc_errors: int = 0
+    """Places that looked like a frame and whose CRC was wrong."""
+    bytes_skipped: int = 0
+    """Bytes that belong to no frame."""
+    unknown_ids: dict[int, int] = field(default_factory=dict)
+    """Frames of ids that the dialect cannot decode, by id (64 ids, the rest as `OTHER_IDS`)."""
+
+
+class Framer:
+    """Cuts frames out of one byte stream.  Keeps at most one unfinished frame in memory."""
+
+    __slots__ = ("_pending", "counters")
+
+    def __init__(self) -> None:
+        self._pending = b""
+        self.counters = FramerCounters()
+
+    @property
+    def pending_bytes(self) -> int:
+        """Bytes held back because a frame may continue in the next ones."""
+        return len(self._pending)
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Take the next bytes of the stream and give the frames that they complete."""
+        frames, self._pending = self._split(self._pending + data if self._pending else data)
+        return frames
+
+    def finish(self) -> list[Frame]:
+        """Say that the stream has ended; give the frames behind an unfinished one, if any."""
+        frames: list[Frame] = []
+        while self._pending:
+            self.counters.bytes_skipped += 1
+            more, self._pending = self._split(self._pending[1:])
+            frames += more
+        return frames
+
+    def _split(self, data: bytes) -> tuple[list[Frame], bytes]:
+        """Frames in `data`, and the bytes at its end that may be the start of one more."""
+        frames: list[Frame] = []
+        counters = self.counters
+        position, end = 0, len(data)
+        while position < end:
+            magic = data[position]
+            if magic != MAGIC_V2 and magic != MAGIC_V1:
+                following = _next_magic(data, position + 1)
+                counters.bytes_skipped += following - position
+                position = following
+                continue
+            header = 10 if magic == MAGIC_V2 else 6
+            if end - position < header:
+                if magic == MAGIC_V2 and end - position > 2 and data[position + 2] > 1:
+                    counters.bytes_skipped += 1
+                    position += 1
+                    continue
+                break
+            signed = False
+            length = header + data[position + 1] + 2
+            if magic == MAGIC_V2:
+                flags = data[position + 2]
+                if flags:
+                    if flags != _INCOMPATIBLE_SIGNED:
+                        counters.bytes_skipped += 1
+                        position += 1
+                        continue
+                    signed = True
+                    length += 13
+                (sequence, system_id, component_id) = data[position + 4 : position + 7]
+                message_id = int.from_bytes(data[position + 7 : position + 10], "little")
+            else:
+                (sequence, system_id, component_id, message_id) = data[position + 2 : position + 6]
+            if end - position < length:
+                break
+            # A datagram with one frame is the common case: no copy then.
+            raw = data if length == end else data[position : position + length]
+            if not _crc_fits(raw, header, message_id):
+                counters.crc_errors += 1
+                counters.bytes_skipped += 1
+                position += 1
+                continue
+            if message_id not in CRC_EXTRA:
+                self._count_unknown(message_id)
+            counters.frames += 1
+            version = 2 if magic == MAGIC_V2 else 1
+            frames.append(
+                Frame(raw, version, message_id, system_id, component_id, sequence, signed)
+            )
+            position += length
+        return frames, data[position:]
+
+    def _count_unknown(self, message_id: int) -> None:
+        unknown = self.counters.unknown_ids
+        if message_id not in unknown and len(unknown) >= _MOST_UNKNOWN_IDS:
+            message_id = OTHER_IDS
+        unknown[message_id] = unknown.get(message_id, 0) + 1
+
+
+def _next_magic(data: bytes, start: int) -> int:
+    """Index of the next byte that may start a frame, or the length of `data`."""
+    places = (data.find(MAGIC_V2, start), data.find(MAGIC_V1, start))
+    return min((place for place in places if place >= 0), default=len(data))
+
+
+def _crc_fits(raw: bytes, header: int, message_id: int) -> bool:
+    """Check the CRC of a whole frame, as far as it can be without knowing its id."""
+    end = header + raw[1]
+    crc = crc16(raw[1:end])
+    found = raw[end] | raw[end + 1] << 8
+    extra = _ALL_CRC_EXTRA.get(message_id)
+    if extra is None:
+        # found = CRC_TABLE[...] ^ (crc >> 8) for one of 256 table entries.
+        return (found ^ (crc >> 8)) in _LAST_STEPS
+    return found == CRC_TABLE[(crc ^ extra) & 0xFF] ^ (crc >> 8)

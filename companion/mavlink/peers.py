@@ -1,0 +1,124 @@
+"""Who is on the link: the vehicle among them, and how much of each one's traffic is lost."""
+
+from dataclasses import dataclass, field
+
+from companion.mavlink.dialect import Message
+from companion.mavlink.framing import Frame
+from companion.mavlink.messages import AUTOPILOT_INVALID, COMPONENT_AUTOPILOT, Target
+
+_TYPES_THAT_FLY_OR_DRIVE = frozenset(
+    [*range(5), *range(7, 18), *range(19, 26), 28, 29, 35, 43, 45, 46, 47]
+)
+"""MAV_TYPE of vehicles: not trackers (5), ground stations (6), companions (18), gimbals, …"""
+
+_FULL_CIRCLE = 256
+_LARGEST_GAP = 128
+"""A step of the sequence beyond this is a packet out of order or a restart, not a loss."""
+
+
+@dataclass(slots=True)
+class Peer:
+    """One sender: a system and component that has been heard."""
+
+    system_id: int
+    component_id: int
+    last_heard_s: float
+    last_sequence: int
+    received: int = 1
+    lost: int = 0
+    """Packets missing by their sequence numbers."""
+
+    @property
+    def loss(self) -> float:
+        """Share of its packets that never came, 0..1."""
+        return self.lost / (self.received + self.lost)
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """The vehicle, as its first heartbeat introduced it."""
+
+    system_id: int
+    component_id: int
+    autopilot: int
+    """MAV_AUTOPILOT: 12 PX4, 3 ArduPilot."""
+    kind: int
+    """MAV_TYPE: 2 quadrotor."""
+
+    @property
+    def target(self) -> Target:
+        """Whom to address."""
+        return Target(self.system_id, self.component_id)
+
+
+def vehicle_from_heartbeat(frame: Frame, heartbeat: Message) -> Vehicle | None:
+    """The vehicle that a HEARTBEAT announces; None for ground stations, companions, parts."""
+    if heartbeat.autopilot == AUTOPILOT_INVALID or frame.system_id == 0:
+        return None
+    if heartbeat.type not in _TYPES_THAT_FLY_OR_DRIVE:
+        return None
+    return Vehicle(
+        frame.system_id, frame.component_id, int(heartbeat.autopilot), int(heartbeat.type)
+    )
+
+
+@dataclass(slots=True)
+class PeerTable:
+    """Everybody heard on one link.
+
+    The vehicle is the first one whose heartbeat is a vehicle's; an autopilot's own component
+    (1) takes the place of another component of the same system.  It never changes otherwise:
+    a second vehicle on the link must not take over a flight.
+    """
+
+    wanted_system_id: int | None = None
+    """Take only this system for the vehicle; None takes the first."""
+    vehicle: Vehicle | None = None
+    other_vehicles: dict[tuple[int, int], Vehicle] = field(default_factory=dict)
+    """Vehicles that were heard and not chosen, by (system, component)."""
+    peers: dict[tuple[int, int], Peer] = field(default_factory=dict)
+
+    def on_frame(self, frame: Frame, now_s: float) -> None:
+        """Count a frame for its sender."""
+        sequence = frame.sequence
+        peer = self.peers.get((frame.system_id, frame.component_id))
+        if peer is None:
+            key = (frame.system_id, frame.component_id)
+            self.peers[key] = Peer(*key, now_s, sequence)
+            return
+        gap = (sequence - peer.last_sequence - 1) % _FULL_CIRCLE
+        if 0 < gap < _LARGEST_GAP:
+            peer.lost += gap
+        peer.received += 1
+        peer.last_sequence = sequence
+        peer.last_heard_s = now_s
+
+    def on_heartbeat(self, frame: Frame, heartbeat: Message) -> Vehicle | None:
+        """Take a HEARTBEAT; give the sender if it is a vehicle, chosen or not."""
+        heard = vehicle_from_heartbeat(frame, heartbeat)
+        if heard is None:
+            return None
+        chosen = self.vehicle
+        if self.wanted_system_id not in (None, heard.system_id):
+            better = False
+        elif chosen is None:
+            better = True
+        else:
+            better = (
+                heard.system_id == chosen.system_id
+                and heard.component_id == COMPONENT_AUTOPILOT != chosen.component_id
+            )
+        if better:
+            self.vehicle = heard
+        elif chosen is None or heard.target != chosen.target:
+            self.other_vehicles[heard.target] = heard
+        return heard
+
+    def is_vehicle(self, frame: Frame) -> bool:
+        """True if the frame comes from the chosen vehicle's autopilot."""
+        chosen = self.vehicle
+        return (
+            chosen is not None
+            and frame.system_id == chosen.system_id
+            and frame.component_id == chosen.component_id
+        )

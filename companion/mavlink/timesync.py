@@ -1,0 +1,146 @@
+"""The autopilot's clock against ours, from TIMESYNC exchanges.
+
+Protocol: https://mavlink.io/en/services/timesync.html.  We send our time, the autopilot sends it
+back with its own.  Half the round trip is taken for each way.  A straight line through the last
+exchanges, those with short round trips weighing most, gives offset and rate: an autopilot in a
+simulation may run anywhere between 0.9 and 20 times as fast as our clock.
+"""
+
+import math
+import struct
+from collections import deque
+from typing import NamedTuple
+
+from companion.mavlink.framing import Frame
+from companion.mavlink.messages import MessageId, Outgoing
+
+_WIRE = struct.Struct("<qq")
+_KEPT = 32
+_OUTSTANDING = 16
+_ENOUGH = 3
+_SLOWEST_ANSWER_S = 1.0
+_JITTER_FLOOR_S = 2.0e-4
+_JUMP_S = 0.5
+_JUMPS_TO_BELIEVE = 3
+_BURST = 10
+_BURST_INTERVAL_S = 0.1
+_INTERVAL_S = 0.5
+
+
+class _Sample(NamedTuple):
+    middle_s: float
+    """Our time half-way between request and answer."""
+    autopilot_s: float
+    round_trip_s: float
+
+
+class ClockEstimator:
+    """Asks for the autopilot's time and keeps a line through the answers."""
+
+    __slots__ = (
+        "_anchor_autopilot_s",
+        "_anchor_s",
+        "_due_s",
+        "_jumps",
+        "_rate",
+        "_samples",
+        "_sent_ns",
+        "_sent_total",
+    )
+
+    def __init__(self) -> None:
+        self._samples: deque[_Sample] = deque(maxlen=_KEPT)
+        self._sent_ns: deque[int] = deque(maxlen=_OUTSTANDING)
+        self._sent_total = 0
+        self._due_s = -math.inf
+        self._jumps = 0
+        self._rate = 1.0
+        self._anchor_s = 0.0
+        self._anchor_autopilot_s = 0.0
+
+    @property
+    def valid(self) -> bool:
+        """True once enough exchanges agree for `autopilot_time` to mean something."""
+        return len(self._samples) >= _ENOUGH
+
+    @property
+    def rate(self) -> float:
+        """Seconds of the autopilot's clock per second of ours."""
+        return self._rate
+
+    @property
+    def offset_s(self) -> float:
+        """The autopilot's clock less ours, at the last exchange."""
+        return self._anchor_autopilot_s - self._anchor_s
+
+    @property
+    def round_trip_s(self) -> float:
+        """Shortest round trip among the last exchanges, by our clock; NaN before the first."""
+        return min((sample.round_trip_s for sample in self._samples), default=math.nan)
+
+    @property
+    def due_s(self) -> float:
+        """When to call `outgoing` next (loop time)."""
+        return self._due_s
+
+    def autopilot_time(self, now_s: float) -> float:
+        """The autopilot's time since boot at our `now_s`; meaningless until `valid`."""
+        return self._anchor_autopilot_s + self._rate * (now_s - self._anchor_s)
+
+    def outgoing(self, now_s: float) -> list[Outgoing]:
+        """A TIMESYNC request, if one is due: ten quickly, then two a second."""
+        if now_s < self._due_s:
+            return []
+        sent_ns = round(now_s * 1e9)
+        self._sent_ns.append(sent_ns)
+        self._sent_total += 1
+        self._due_s = now_s + (_BURST_INTERVAL_S if self._sent_total < _BURST else _INTERVAL_S)
+        return [Outgoing(MessageId.TIMESYNC, _WIRE.pack(0, sent_ns))]
+
+    def on_timesync(self, now_s: float, frame: Frame) -> list[Outgoing]:
+        """Take a TIMESYNC of the autopilot: use an answer to us, answer a question of its own."""
+        tc1, ts1 = _WIRE.unpack_from(frame.payload.ljust(_WIRE.size, b"\0"))
+        if tc1 == 0:
+            return [Outgoing(MessageId.TIMESYNC, _WIRE.pack(round(now_s * 1e9), ts1))]
+        if ts1 in self._sent_ns:  # else: an answer to somebody else's question
+            self._sent_ns.remove(ts1)
+            round_trip_s = now_s - ts1 * 1e-9
+            if 0.0 <= round_trip_s <= _SLOWEST_ANSWER_S:
+                self._take(_Sample(now_s - round_trip_s / 2.0, tc1 * 1e-9, round_trip_s))
+        return []
+
+    def _take(self, sample: _Sample) -> None:
+        """Add an exchange, unless it contradicts the others; start over if several do."""
+        if self.valid:
+            surprise = sample.autopilot_s - self.autopilot_time(sample.middle_s)
+            if abs(surprise) > _JUMP_S * max(1.0, self._rate):
+                self._jumps += 1
+                if self._jumps < _JUMPS_TO_BELIEVE:
+                    return
+                self._samples.clear()  # the autopilot has restarted, or its clock was set
+        self._jumps = 0
+        self._samples.append(sample)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Weighted straight line through the samples, anchored at the newest one's time."""
+        shortest_s = self.round_trip_s
+        newest = self._samples[-1]
+        weight_sum = x_sum = y_sum = 0.0
+        points: list[tuple[float, float, float]] = []
+        for sample in self._samples:
+            late_s = sample.round_trip_s - shortest_s + _JITTER_FLOOR_S
+            weight = (_JITTER_FLOOR_S / late_s) ** 2
+            x = sample.middle_s - newest.middle_s
+            y = sample.autopilot_s - newest.autopilot_s
+            points.append((weight, x, y))
+            weight_sum += weight
+            x_sum += weight * x
+            y_sum += weight * y
+        x_mean, y_mean = x_sum / weight_sum, y_sum / weight_sum
+        covariance = sum(w * (x - x_mean) * (y - y_mean) for w, x, y in points)
+        variance = sum(w * (x - x_mean) ** 2 for w, x, _ in points)
+        if variance > 0.0:
+            self._rate = covariance / variance
+        self._anchor_s = newest.middle_s
+        self._anchor_autopilot_s = newest.autopilot_s + y_mean - self._rate * x_mean
