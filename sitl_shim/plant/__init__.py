@@ -1,0 +1,1 @@
+"""The vehicle as physics: rigid body, rotors, drag, ground and battery."""

@@ -1,0 +1,175 @@
+"""The plant: one vehicle in its wind, stepped with a fixed step."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sitl_shim.frames import Vector3
+from sitl_shim.plant.battery import BatteryPack
+from sitl_shim.plant.ground import Ground
+from sitl_shim.plant.rigid_body import (
+    Motion,
+    make_derivative,
+    make_drag_acceleration,
+    runge_kutta_step,
+)
+from sitl_shim.plant.rotors import Four, make_lag, make_thrusts, make_wrench, sane_commands
+from sitl_shim.plant.state import PlantState
+from sitl_shim.plant.vehicle import VehicleModel
+from sitl_shim.wind.field import Wind
+
+_SEED_STREAM = 1
+_STILL: Motion = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Plant:
+    """A quadrotor's motion from its four rotor commands and the wind.
+
+    Commands are held over a step; the rotors' lag is solved exactly, the rigid body by
+    Runge-Kutta of fourth order, with the wind held at its value at the start of the step.
+    """
+
+    def __init__(
+        self,
+        vehicle: VehicleModel,
+        wind: Wind,
+        *,
+        seed: int,
+        step_s: float = 0.004,
+        airborne_at_enu_m: Vector3 | None = None,
+    ) -> None:
+        """Make the plant, at rest.
+
+        Args:
+            vehicle: what flies.
+            wind: in what it flies.
+            seed: draws what makes this very vehicle differ from its type.
+            step_s: length of a step.
+            airborne_at_enu_m: hover there at first, rotors turning; else stand on the ground
+                at the origin, rotors stopped, nose to the east.
+
+        Raises:
+            ValueError: the step is not positive.
+        """
+        if not step_s > 0.0:
+            raise ValueError(f"step_s must be positive, not {step_s}")
+        spread = vehicle.spread.thrust_fraction
+        generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_SEED_STREAM,)))
+        scale = 1.0 + float(generator.uniform(-spread, spread))
+        self._wind = wind
+        self._step_s = step_s
+        self._steps = 0
+        self._derivative = make_derivative(vehicle)
+        self._drag = make_drag_acceleration(vehicle)
+        self._lag = make_lag(vehicle.propulsion.time_constant_s, step_s)
+        self._thrusts = make_thrusts(vehicle, scale)
+        self._wrench = make_wrench(vehicle)
+        self._battery = BatteryPack(vehicle.battery)
+        self._ground = Ground(vehicle)
+
+        airborne = airborne_at_enu_m is not None
+        signal = vehicle.hover_signal if airborne else 0.0
+        self._signals: Four = (signal, signal, signal, signal)
+        self._position: Vector3 = airborne_at_enu_m or (0.0, 0.0, 0.0)
+        self._motion = _STILL
+        self._standing = not airborne
+        self._wind_now = wind.velocity_enu_m_s(0.0, self._position)
+        thrusts = self._thrusts(self._signals)
+        self._slope = self._derivative(self._motion, self._wrench(thrusts), self._wind_now)
+        acceleration = self._slope[:3] if airborne else (0.0, 0.0, 0.0)
+        self.state = self._observe(thrusts, acceleration, on_ground=not airborne)
+
+    def step(self, rotor_commands: Sequence[float]) -> PlantState:
+        """Advance by one step.
+
+        Args:
+            rotor_commands: four, in [0, 1], in the order of the vehicle's rotors; others are
+                taken as a speed controller takes them (see `sane_commands`).
+
+        Raises:
+            ValueError: there are not four commands.
+        """
+        step_s = self._step_s
+        a, b, c, d = sane_commands(rotor_commands)
+        factor = self._battery.signal_factor
+        mid, end = self._lag(self._signals, (factor * a, factor * b, factor * c, factor * d))
+        self._signals = end
+        thrusts = self._thrusts(end)
+        wrench = self._wrench(thrusts)
+        before = self._motion
+
+        touching = self._standing and self._rests(wrench)
+        if not touching:
+            self._standing = False
+            (sx, sy, sz), self._motion = runge_kutta_step(
+                self._derivative,
+                before,
+                self._slope,
+                self._wrench(self._thrusts(mid)),
+                wrench,
+                self._wind_now,
+                step_s,
+            )
+            x, y, z = self._position
+            self._position = (x + sx, y + sy, z + sz)
+            touching = self._ground.near(z + sz) and self._touch_down(wrench)
+
+        self._steps += 1
+        self._battery.draw(end, step_s)
+        self._wind_now = self._wind.velocity_enu_m_s(self._steps * step_s, self._position)
+        motion = self._motion
+        self._slope = slope = self._derivative(motion, wrench, self._wind_now)
+        acceleration = (
+            (
+                (motion[0] - before[0]) / step_s,
+                (motion[1] - before[1]) / step_s,
+                (motion[2] - before[2]) / step_s,
+            )
+            if touching
+            else (slope[0], slope[1], slope[2])
+        )
+        self.state = self._observe(thrusts, acceleration, on_ground=touching)
+        return self.state
+
+    def _touch_down(self, wrench: Four) -> bool:
+        """Meet the ground, if anything touches it; stand, if that leaves the vehicle still."""
+        x, y, z = self._position
+        met = self._ground.resolve(z, self._motion)
+        if met is None:
+            return False
+        lift, self._motion = met
+        self._position = (x, y, z + lift)
+        if self._ground.stands(z + lift, self._motion) and self._rests(wrench):
+            self._standing = True
+            self._motion = (0.0, 0.0, 0.0, *self._motion[3:7], 0.0, 0.0, 0.0)
+        return True
+
+    def _rests(self, wrench: Four) -> bool:
+        """Whether the ground holds the vehicle still against rotors and wind."""
+        _, _, _, w, x, y, z, _, _, _ = self._motion
+        still = (0.0, 0.0, 0.0, w, x, y, z, 0.0, 0.0, 0.0)
+        return self._ground.holds(self._derivative(still, wrench, self._wind_now))
+
+    def _observe(self, thrusts: Four, acceleration: Vector3, *, on_ground: bool) -> PlantState:
+        vx, vy, vz, w, x, y, z, p, q, r = self._motion
+        wind_x, wind_y, wind_z = self._wind_now
+        if wind_x == wind_y == wind_z == 0.0:
+            push = (0.0, 0.0, 0.0)
+        else:
+            attitude = (w, x, y, z)
+            blown = self._drag(attitude, (vx - wind_x, vy - wind_y, vz - wind_z))
+            calm = self._drag(attitude, (vx, vy, vz))
+            push = (blown[0] - calm[0], blown[1] - calm[1], blown[2] - calm[2])
+        return PlantState(
+            self._steps * self._step_s,
+            self._position,
+            (vx, vy, vz),
+            (w, x, y, z),
+            (p, q, r),
+            thrusts,
+            acceleration,
+            push,
+            on_ground,
+            self._battery.voltage_v,
+            self._battery.remaining,
+        )

@@ -1,0 +1,97 @@
+"""Four rotors: lag from command to signal, thrust and torque maps, and the sum on the body."""
+
+from collections.abc import Callable, Sequence
+from math import exp, isfinite
+
+from sitl_shim.plant.vehicle import VehicleModel
+
+Four = tuple[float, float, float, float]
+
+Wrench = tuple[float, float, float, float]
+"""Thrust along the body's z (N), and torque about its x, y, z (N m), FLU."""
+
+
+def sane_commands(commands: Sequence[float]) -> Four:
+    """Commands as a speed controller takes them: within [0, 1], and no motion without a command.
+
+    NaN is PX4's way to say that a motor shall stand still (``actuator_motors.control``), and no
+    speed controller turns a motor on a signal that it cannot read, so what is not finite is 0.
+
+    Raises:
+        ValueError: there are not four of them.
+    """
+    if len(commands) != 4:
+        raise ValueError(f"four rotor commands are needed, {len(commands)} were given")
+    a, b, c, d = commands
+    if 0.0 <= a <= 1.0 and 0.0 <= b <= 1.0 and 0.0 <= c <= 1.0 and 0.0 <= d <= 1.0:
+        return (a, b, c, d)
+    first, second, third, fourth = (
+        min(1.0, max(0.0, value)) if isfinite(value) else 0.0 for value in commands
+    )
+    return (first, second, third, fourth)
+
+
+def make_lag(time_constant_s: float, step_s: float) -> Callable[[Four, Four], tuple[Four, Four]]:
+    """The first-order lag, exact for a command held over the step.
+
+    Returns:
+        A function of signals and held targets that gives the signals after half a step and
+        after a whole one.
+    """
+    half = exp(-0.5 * step_s / time_constant_s)
+    whole = exp(-step_s / time_constant_s)
+
+    def advance(signals: Four, targets: Four) -> tuple[Four, Four]:
+        a, b, c, d = targets
+        da, db, dc, dd = signals[0] - a, signals[1] - b, signals[2] - c, signals[3] - d
+        return (
+            (a + half * da, b + half * db, c + half * dc, d + half * dd),
+            (a + whole * da, b + whole * db, c + whole * dc, d + whole * dd),
+        )
+
+    return advance
+
+
+def make_thrusts(vehicle: VehicleModel, thrust_scale: float) -> Callable[[Four], Four]:
+    """The thrust map: signals to the thrust of each rotor, N.
+
+    Args:
+        vehicle: the vehicle.
+        thrust_scale: this very vehicle's thrust over its type's.
+    """
+    shape = vehicle.propulsion.thrust_shape
+    linear = (1.0 - shape) * vehicle.propulsion.max_thrust_n * thrust_scale
+    square = shape * vehicle.propulsion.max_thrust_n * thrust_scale
+
+    def thrusts(signals: Four) -> Four:
+        a, b, c, d = signals
+        return (
+            (linear + square * a) * a,
+            (linear + square * b) * b,
+            (linear + square * c) * c,
+            (linear + square * d) * d,
+        )
+
+    return thrusts
+
+
+def make_wrench(vehicle: VehicleModel) -> Callable[[Four], Wrench]:
+    """Sum of the rotors' thrusts, of their moments and of their reaction torques.
+
+    A thrust T at (x, y) gives the torque (y T, -x T); a rotor that turns counter-clockwise
+    turns the body clockwise, which is negative about FLU z.
+    """
+    (x1, y1, _), (x2, y2, _), (x3, y3, _), (x4, y4, _) = (r.position_flu_m for r in vehicle.rotors)
+    per_thrust = vehicle.propulsion.torque_per_thrust_m
+    k1, k2, k3, k4 = (-per_thrust if r.spin == "ccw" else per_thrust for r in vehicle.rotors)
+
+    def wrench(thrusts: Four) -> Wrench:
+        a, b, c, d = thrusts
+        return (
+            a + b + c + d,
+            y1 * a + y2 * b + y3 * c + y4 * d,
+            -(x1 * a + x2 * b + x3 * c + x4 * d),
+            k1 * a + k2 * b + k3 * c + k4 * d,
+        )
+
+    return wrench

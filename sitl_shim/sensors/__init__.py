@@ -1,0 +1,1 @@
+"""What the autopilot's estimator makes of the truth."""
