@@ -90,8 +90,13 @@ class MpcL1:
     yaw: yaw.YawGains
     limits: Limits
 
-    def start(self, state: VehicleState) -> StackMemory:
-        """Memory with which the stack takes over at a state, without a bump."""
+    def start(self, state: VehicleState, hover_force: float | None = None) -> StackMemory:
+        """Memory with which the stack takes over at a state, without a bump.
+
+        Args:
+            state: where the vehicle is.
+            hover_force: the hover force share if it has been estimated before; else the guess.
+        """
         roll, pitch, yaw_rad = euler_from_quaternion(state.attitude_flu_to_enu)
         u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_rad)
         velocity = np.array(state.velocity_enu_m_s)
@@ -104,7 +109,7 @@ class MpcL1:
             outer_due_s=state.time_s,
             applied=(delay.AppliedReference(state.time_s, r2),),
             inner=l1_adaptive.start(velocity, u),
-            thrust=thrust.start(self.thrust, float(velocity[2])),
+            thrust=thrust.start(self.thrust, float(velocity[2]), hover_force),
             yaw_rad=yaw_rad,
         )
 

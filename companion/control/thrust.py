@@ -61,9 +61,11 @@ def thrust_from_force(force: float, curve: float) -> float:
     return (-b + math.sqrt(b * b + 4.0 * curve * force)) / (2.0 * curve)
 
 
-def start(gains: ThrustGains, climb_rate_m_s: float) -> ThrustMemory:
-    """Memory at engagement: hovering at the guessed thrust."""
-    hover = force_from_thrust(gains.hover_thrust, gains.thrust_curve)
+def start(
+    gains: ThrustGains, climb_rate_m_s: float, hover_force: float | None = None
+) -> ThrustMemory:
+    """Memory at engagement: hovering at the given force share, or at the guessed thrust."""
+    hover = hover_force or force_from_thrust(gains.hover_thrust, gains.thrust_curve)
     return ThrustMemory(0.0, hover, (0.1 * hover) ** 2, hover, climb_rate_m_s, False)
 
 

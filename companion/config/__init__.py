@@ -1,0 +1,1 @@
+"""YAML to validated, frozen models; errors name file, line, key and remedy."""

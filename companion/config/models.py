@@ -1,0 +1,157 @@
+"""What a mission, a vehicle and a controller file may say."""
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Vector = tuple[float, float, float]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+PerAxis = tuple[Positive, Positive, Positive]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+
+class VehicleConfig(_Model):
+    """What a user (or an identification) knows about a vehicle; never the simulator's truth."""
+
+    name: str
+    source: str = Field(description="Where the numbers came from.")
+    hover_thrust: Annotated[float, Field(gt=0.05, lt=0.95)] = Field(
+        description="First guess of the thrust field at hover."
+    )
+    thrust_curve: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        default=0.0, description="c in force = c t² + (1 - c) t."
+    )
+    minimum_thrust: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.08
+    maximum_thrust: Annotated[float, Field(gt=0.0, le=1.0)] = 0.95
+    tilt_limit_deg: Annotated[float, Field(gt=0.0, le=60.0)]
+    speed_limit_m_s: Positive
+    acceleration_limit_m_s2: Positive
+    climb_limit_m_s: Positive
+    descent_limit_m_s: Positive
+
+    @model_validator(mode="after")
+    def _thrust_in_order(self) -> "VehicleConfig":
+        if not self.minimum_thrust < self.hover_thrust < self.maximum_thrust:
+            raise ValueError("minimum_thrust < hover_thrust < maximum_thrust must hold")
+        return self
+
+
+class L1Config(_Model):
+    """Gains of the L1 controller, per axis (x, y, z)."""
+
+    m: PerAxis = Field(description="Bandwidth of the reference model M(s), 1/s.")
+    omega: PerAxis = Field(description="Bandwidth of the low-pass filter C(s), rad/s.")
+    k: PerAxis = Field(description="Proportional gain K of the position loop, 1/s.")
+    gamma: PerAxis = Field(description="Adaptation rate Γ, 1/s².")
+    sigma_bound: PerAxis = (8.0, 8.0, 8.0)
+    projection_margin: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
+
+
+class MpcConfig(_Model):
+    """The outer controller."""
+
+    period_s: Annotated[float, Field(ge=0.01, le=0.5)] = 0.03
+    horizon: Annotated[int, Field(ge=2, le=200)] = 30
+    q: Positive = 17.0
+    r: NonNegative = 0.08
+    s: NonNegative = 0.02
+    penalise: Literal["r_minus_target", "absolute_r"] = "r_minus_target"
+    r_max_m_s2: Positive = 160.0
+    solver: Literal["osqp"] = "osqp"
+
+
+class ThrustConfig(_Model):
+    """The climb-rate loop and the hover-thrust estimator."""
+
+    proportional: Positive = 4.0
+    integral: NonNegative = 1.0
+    maximum_acceleration_m_s2: Positive = 4.0
+    hover_drift: Positive = 0.003
+    acceleration_noise_m_s2: Positive = 0.2
+
+
+class YawConfig(_Model):
+    """The yaw law."""
+
+    gain: Positive = 1.5
+    rate_limit_rad_s: Positive = 1.0
+    desired: Literal["zero", "heading_at_engagement"] = "heading_at_engagement"
+
+
+class ControllerConfig(_Model):
+    """A named stack with its gains."""
+
+    framework: Literal["mpc-l1"]
+    source: str = Field(description="Where the numbers came from.")
+    l1: L1Config
+    mpc: MpcConfig = MpcConfig()
+    thrust: ThrustConfig = ThrustConfig()
+    yaw: YawConfig = YawConfig()
+
+
+class GeofenceConfig(_Model):
+    """A box in the autopilot's local frame, ENU m."""
+
+    low_m: Vector = (-3.0, -3.0, 0.2)
+    high_m: Vector = (3.0, 3.0, 4.0)
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "GeofenceConfig":
+        if not all(
+            math.isfinite(low) and math.isfinite(high) and low < high
+            for low, high in zip(self.low_m, self.high_m, strict=True)
+        ):
+            raise ValueError("low_m must be below high_m on each axis")
+        return self
+
+
+class TimeoutsConfig(_Model):
+    """How long the companion waits for what, s (of the autopilot's time where it flies)."""
+
+    connect_s: Positive = 20.0
+    ready_s: Positive = 60.0
+    command_s: Positive = 5.0
+    takeoff_s: Positive = 30.0
+    land_s: Positive = 60.0
+
+
+class SupervisorConfig(_Model):
+    """When the ladder of fallbacks is climbed down."""
+
+    state_age_limit_s: Annotated[float, Field(ge=0.03, le=0.5)] = Field(
+        default=0.1, description="A state older than this is not flown on."
+    )
+    hand_over_after_s: Annotated[float, Field(ge=0.1, le=3.0)] = Field(
+        default=0.8, description="After this long on a fallback that holds nothing: hand over."
+    )
+    failed_solves_s: Annotated[float, Field(ge=0.1, le=5.0)] = Field(
+        default=1.0, description="After this long without a solved plan: hand over."
+    )
+
+
+class MissionConfig(_Model):
+    """A flight."""
+
+    trajectory: int | str = Field(default=4, description="1 … 5, or a CSV or YAML file.")
+    controller: str = "mpc-l1"
+    vehicle: str = "bebop2"
+    autopilot: Literal["px4"] = "px4"
+    wind: str = Field(default="calm", description="A scenario of the embedded shim.")
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+    connect: str | None = Field(default=None, description="Link to a real autopilot.")
+    origin_enu_m: tuple[Finite, Finite, Finite] = Field(
+        default=(0.0, 0.0, 0.0),
+        description="Where the trajectory's origin lies in the autopilot's local frame.",
+    )
+    hover_s: Annotated[float, Field(ge=0.0, le=60.0)] = 4.0
+    approach_speed_m_s: Annotated[float, Field(gt=0.05, le=2.0)] = 0.6
+    state_rate_hz: Annotated[float, Field(ge=30.0, le=250.0)] = 100.0
+    geofence: GeofenceConfig = GeofenceConfig()
+    timeouts: TimeoutsConfig = TimeoutsConfig()
+    supervisor: SupervisorConfig = SupervisorConfig()

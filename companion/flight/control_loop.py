@@ -1,0 +1,182 @@
+"""One tick of the flight's control: state in, setpoint and record out.
+
+Pure but for its memory: no clock is read, no byte is sent.  Who calls it carries the times in, and
+records what it is given, so that a flight can be repeated from its log.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.control import thrust
+from companion.control.frameworks import Command, MpcL1, StackMemory, StackRecord, Tick
+from companion.control.mpc import MpcStatus
+from companion.control.reference_model import Array
+from companion.flight.supervisor import (
+    RESTARTING,
+    Facts,
+    Rung,
+    SupervisorLimits,
+    SupervisorMemory,
+    judge,
+)
+from companion.flight.timeline import Timeline
+from companion.frames import Quaternion, quaternion_from_euler, tilt_cosine, yaw_of
+from companion.vehicle_state import VehicleState
+
+_FALLBACKS: dict[MpcStatus, str] = {
+    "shifted_plan": "shifted plan",
+    "clipped_closed_form": "clipped closed form",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What a tick decided."""
+
+    rung: Rung
+    reason: str
+    """Why not the top rung; empty on it."""
+    attitude_flu_to_enu: Quaternion | None
+    """None: nothing is sent."""
+    thrust: float
+    stack: StackRecord | None
+    """The controller's record; None when it did not run."""
+    fallback: str
+    """Name of the fallback in use, empty for none."""
+
+
+class ControlLoop:
+    """The controller under its supervisor.
+
+    Before `engage` it holds: level, with the thrust of hover.  That is what flows while the
+    autopilot waits for a stream before it changes the mode.
+    """
+
+    def __init__(self, stack: MpcL1, limits: SupervisorLimits) -> None:
+        self._stack = stack
+        self._limits = limits
+        self._supervisor = SupervisorMemory()
+        self._memory: StackMemory | None = None
+        self._timeline: Timeline | None = None
+        self._desired_yaw_rad = 0.0
+        self._newest: VehicleState | None = None
+        self._plan_status: MpcStatus = "closed_form"
+        self._hover_force = thrust.force_from_thrust(
+            stack.thrust.hover_thrust, stack.thrust.thrust_curve
+        )
+
+    @property
+    def timeline(self) -> Timeline | None:
+        """The reference in use; None while holding."""
+        return self._timeline
+
+    @property
+    def rung(self) -> Rung:
+        """Where on the ladder the last tick was."""
+        return self._supervisor.rung
+
+    def engage(self, timeline: Timeline, desired_yaw_rad: float) -> None:
+        """Let the controller take over at the next sample, without a bump."""
+        self._timeline = timeline
+        self._desired_yaw_rad = desired_yaw_rad
+        self._memory = None
+
+    def release(self) -> None:
+        """Back to holding, with a clean ladder."""
+        self._timeline = None
+        self._memory = None
+        self._supervisor = SupervisorMemory()
+        self._plan_status = "closed_form"
+
+    def on_sample(self, state: VehicleState, loop_delay_s: float) -> Output:
+        """A new sample of the state arrived.
+
+        Args:
+            state: the sample; one that is not later than the newest is not flown on.
+            loop_delay_s: from the sample's time until a setpoint sent now acts, s.
+        """
+        if self._newest is not None and state.time_s <= self._newest.time_s:
+            return Output(self.rung, "sample out of order", None, 0.0, None, "")
+        self._newest = state
+        command: Command | None = None
+        record: StackRecord | None = None
+        problem = ""
+        if self._timeline is not None and self.rung is not Rung.HAND_OVER:
+            if self._memory is None:
+                self._memory = self._stack.start(state, self._hover_force)
+                problem = RESTARTING if self.rung is Rung.LEVEL else ""
+            else:
+                command, record, problem = self._step(self._memory, state, loop_delay_s)
+        self._judge(state.time_s, 0.0, problem)
+        if self.rung is Rung.HAND_OVER:
+            return Output(self.rung, self._supervisor.reason, None, 0.0, record, "hand over")
+        if command is None:
+            fallback = "level" if self.rung is Rung.LEVEL else ""
+            attitude, field = self._hold(state)
+            return Output(self.rung, self._supervisor.reason, attitude, field, record, fallback)
+        fallback = _FALLBACKS.get(self._plan_status, "")
+        attitude = command.attitude_flu_to_enu
+        return Output(self.rung, "", attitude, command.thrust, record, fallback)
+
+    def on_silence(self, now_s: float, state_age_s: float) -> Output:
+        """No sample came in time: climb down the ladder.
+
+        Args:
+            now_s: the autopilot's clock, estimated.
+            state_age_s: since the newest usable sample arrived.
+        """
+        self._judge(now_s, state_age_s, "")
+        if self.rung is Rung.TRACK or self._newest is None:
+            return Output(self.rung, "", None, 0.0, None, "")
+        self._memory = None
+        if self.rung is Rung.HAND_OVER:
+            return Output(self.rung, self._supervisor.reason, None, 0.0, None, "hand over")
+        attitude, field = self._hold(self._newest)
+        return Output(self.rung, self._supervisor.reason, attitude, field, None, "level")
+
+    def desired_position(self, autopilot_time_s: float) -> Array | None:
+        """The reference at a time, (3,) ENU m; None while holding."""
+        if self._timeline is None:
+            return None
+        position: Array = self._timeline.position(np.array([autopilot_time_s]))[0]
+        return position
+
+    def _step(
+        self, memory: StackMemory, state: VehicleState, loop_delay_s: float
+    ) -> tuple[Command | None, StackRecord | None, str]:
+        """Run the controller; the text says what is wrong with its command, empty if nothing.
+
+        Whatever goes wrong in there must end on the ladder, not in a dead stream.
+        """
+        timeline = self._timeline
+        assert timeline is not None
+        tick = Tick(state, loop_delay_s, self._desired_yaw_rad)
+        try:
+            advanced, command, record = self._stack.step(memory, tick, timeline.position)
+        except Exception as error:
+            self._memory = None
+            return None, None, f"the controller failed ({type(error).__name__}: {error})"
+        if record.outer is not None:
+            self._plan_status = record.outer.status
+        finite = all(math.isfinite(c) for c in (*command.attitude_flu_to_enu, command.thrust))
+        if not finite or not 0.0 <= command.thrust <= 1.0:
+            self._memory = None
+            return None, record, "the controller's command is not finite or out of bounds"
+        self._memory = advanced
+        self._hover_force = advanced.thrust.hover_force
+        return command, record, ""
+
+    def _judge(self, now_s: float, state_age_s: float, problem: str) -> None:
+        solved = self._plan_status not in _FALLBACKS
+        facts = Facts(now_s, state_age_s, problem, solved)
+        self._supervisor = judge(self._limits, self._supervisor, facts)
+
+    def _hold(self, state: VehicleState) -> tuple[Quaternion, float]:
+        """Level at the present heading, with the best guess of the hover thrust."""
+        gains = self._stack.thrust
+        cosine = max(0.7, tilt_cosine(state.attitude_flu_to_enu))
+        field = thrust.thrust_from_force(self._hover_force / cosine, gains.thrust_curve)
+        field = max(gains.minimum_thrust, min(gains.maximum_thrust, field))
+        return quaternion_from_euler(0.0, 0.0, yaw_of(state.attitude_flu_to_enu)), field

@@ -1,0 +1,9 @@
+"""How a flight ends other than by landing after its trajectory."""
+
+
+class FlightRefusedError(Exception):
+    """A check refused the flight before take-off; the text names what, where and the remedy."""
+
+
+class FlightAbortedError(Exception):
+    """The flight could not be completed; the text says why and what the vehicle does now."""

@@ -1,0 +1,141 @@
+"""The reference of a whole flight: approach, hover, track, return, one after another in time."""
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.trajectories.smooth_time import step7
+from companion.trajectories.trajectory import Array, Trajectory
+
+_STEP7_PEAK_SPEED = 35.0 / 16.0
+"""Greatest slope of the smooth step over a unit of time."""
+_SHORTEST_MOVE_S = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A straight line from rest to rest."""
+
+    phase: str
+    from_m: Array
+    to_m: Array
+    duration_s: float
+
+    def position(self, times_s: Array) -> Array:
+        """Positions (samples, 3) at times since the beginning of the move."""
+        share = step7(times_s / self.duration_s)[0]
+        moved: Array = self.from_m + share[:, None] * (self.to_m - self.from_m)
+        return moved
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """The trajectory itself, about an origin."""
+
+    phase: str
+    trajectory: Trajectory
+    origin_m: Array
+
+    @property
+    def duration_s(self) -> float:
+        """Until it rests."""
+        return self.trajectory.end_s
+
+    def position(self, times_s: Array) -> Array:
+        """Positions (samples, 3) at times since the beginning of the trajectory."""
+        return self.trajectory.position(times_s) + self.origin_m
+
+
+Segment = Move | Track
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """Segments from a start on the autopilot's clock; it rests at its end."""
+
+    start_s: float
+    segments: tuple[Segment, ...]
+    begins_s: tuple[float, ...]
+    """Begin of each segment, since `start_s`."""
+    end_s: float
+    """End of the last segment, since `start_s`."""
+
+    def position(self, autopilot_times_s: Array) -> Array:
+        """Desired positions (samples, 3), ENU m, at times of the autopilot's clock, rising."""
+        times = autopilot_times_s - self.start_s
+        first = self._index(float(times[0]))
+        last = self._index(float(times[-1]))
+        if first == last:
+            return self.segments[first].position(times - self.begins_s[first])
+        which = np.clip(np.searchsorted(self.begins_s, times, side="right") - 1, 0, None)
+        position = np.empty((len(times), 3))
+        for k in range(first, last + 1):
+            inside = which == k
+            if inside.any():
+                position[inside] = self.segments[k].position(times[inside] - self.begins_s[k])
+        return position
+
+    def phase(self, autopilot_time_s: float) -> str:
+        """Name of the segment at a time of the autopilot's clock."""
+        return self.segments[self._index(autopilot_time_s - self.start_s)].phase
+
+    def finished(self, autopilot_time_s: float) -> bool:
+        """True once the last segment is over."""
+        return autopilot_time_s - self.start_s >= self.end_s
+
+    @property
+    def scored_s(self) -> tuple[float, float]:
+        """First and last time of the autopilot's clock at which tracking is scored."""
+        for segment, begin in zip(self.segments, self.begins_s, strict=True):
+            if isinstance(segment, Track):
+                start = self.start_s + begin
+                return start, start + segment.trajectory.scored_s
+        raise ValueError("a timeline without a trajectory has no scored part")
+
+    def _index(self, time_s: float) -> int:
+        return max(0, bisect_right(self.begins_s, time_s) - 1)
+
+
+def plan_timeline(
+    trajectory: Trajectory,
+    *,
+    start_s: float,
+    from_m: Array,
+    origin_m: Array,
+    home_m: Array,
+    hover_s: float,
+    speed_m_s: float,
+) -> Timeline:
+    """Reference from where the vehicle is, over the trajectory, to above where it took off.
+
+    Args:
+        trajectory: what to track.
+        start_s: autopilot's time at which the reference begins.
+        from_m: (3,) position then.
+        origin_m: (3,) where the trajectory's origin lies.
+        home_m: (3,) where to return to.
+        hover_s: hover before the trajectory.
+        speed_m_s: greatest speed of approach and return.
+    """
+    start = trajectory.position(np.zeros(1))[0] + origin_m
+    end = trajectory.position(np.array([trajectory.end_s]))[0] + origin_m
+    segments: list[Segment] = [
+        _move("approach", from_m, start, speed_m_s),
+        Move("hover", start, start, max(hover_s, 1e-3)),
+        Track("track", trajectory, origin_m),
+        Move("settle", end, end, 1.0),
+        _move("return", end, home_m, speed_m_s),
+        Move("settle", home_m, home_m, 1.0),
+    ]
+    begins, total = [], 0.0
+    for segment in segments:
+        begins.append(total)
+        total += segment.duration_s
+    return Timeline(start_s, tuple(segments), tuple(begins), total)
+
+
+def _move(phase: str, from_m: Array, to_m: Array, speed_m_s: float) -> Move:
+    distance = float(np.linalg.norm(to_m - from_m))
+    duration = max(_SHORTEST_MOVE_S, _STEP7_PEAK_SPEED * distance / speed_m_s)
+    return Move(phase, np.array(from_m), np.array(to_m), duration)
