@@ -1,17 +1,22 @@
 """A fan's jet: a straight stream with a Gaussian profile, turbulent, fixed in the room."""
 
-from math import exp, hypot
+from math import exp, hypot, sqrt
 
 import numpy as np
 
 from sitl_shim.frames import Vector3
 from sitl_shim.wind.turbulence import FirstOrderNoise
 
+_CUT = 2.5
+
 
 class FanJet:
     """Air that streams along an axis, fastest on it, from the fan onwards.
 
-    Turbulence is a fraction of the local mean speed, alike in the three directions.
+    Turbulence is a fraction of the local mean speed, alike in the three directions.  The jet
+    neither widens nor slows with distance, as a fan's does not within a few of its diameters.
+    Fluctuations are cut at 2.5 standard deviations (which takes 1 % off their size): a fan has no
+    gusts without bound, and a flight's peak push should not hang on one rare draw.
     """
 
     __slots__ = (
@@ -20,7 +25,7 @@ class FanJet:
         "_origin",
         "_peak_m_s",
         "_reach_m",
-        "_turbulence",
+        "_swing",
         "_width_m",
     )
 
@@ -44,7 +49,7 @@ class FanJet:
             fan_distance_m: the fan stands this far upstream of that point; behind it is calm.
             peak_m_s: mean speed on the axis.
             width_m: standard deviation of the profile across the axis.
-            turbulence: standard deviation of each component over the local mean speed.
+            turbulence: rms of the fluctuation, as a vector, over the local mean speed.
             correlation_time_s: of the turbulence.
             generator: draws the turbulence.
         """
@@ -55,7 +60,7 @@ class FanJet:
         self._reach_m = -fan_distance_m
         self._peak_m_s = peak_m_s
         self._width_m = width_m
-        self._turbulence = turbulence
+        self._swing = turbulence / sqrt(3.0)
         self._noise = FirstOrderNoise(correlation_time_s, generator)
 
     def velocity_enu_m_s(self, time_s: float, position_enu_m: Vector3) -> Vector3:
@@ -70,6 +75,9 @@ class FanJet:
         if across2 > 50.0:
             return (0.0, 0.0, 0.0)
         mean = self._peak_m_s * exp(-0.5 * across2)
-        nx, ny, nz = self._noise.at(time_s)
-        swing = self._turbulence * mean
+        a, b, c = self._noise.at(time_s)
+        nx = _CUT if a > _CUT else -_CUT if a < -_CUT else a
+        ny = _CUT if b > _CUT else -_CUT if b < -_CUT else b
+        nz = _CUT if c > _CUT else -_CUT if c < -_CUT else c
+        swing = self._swing * mean
         return (mean * dx + swing * nx, mean * dy + swing * ny, mean * dz + swing * nz)
