@@ -1,0 +1,1 @@
+"""The flight log: every packet as a tlog, every controller record as MCAP."""

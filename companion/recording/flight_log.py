@@ -1,0 +1,155 @@
+"""The log of one flight: a folder with the packets and the controller's records."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from companion.recording.mcap_log import McapLog
+from companion.recording.schema import ChannelSpec
+from companion.recording.tlog import TlogWriter
+
+TLOG_NAME = "flight.tlog"
+MCAP_NAME = "flight.mcap"
+
+
+class FlightLogError(Exception):
+    """The log cannot be begun; the text says what, where and the remedy, in one paragraph."""
+
+
+class FlightLog:
+    """Owns the files of a flight's folder.
+
+    Nothing here raises once the flight has begun: when the system refuses to write, that file is
+    given up, `trouble` says so, and the flight goes on.  Everything reaches the system at most
+    `flush_interval_s` of the caller's time after it was given.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        channels: Sequence[ChannelSpec] = (),
+        base_us: int = 0,
+        flush_interval_s: float = 0.2,
+    ) -> None:
+        """Begin a log.
+
+        Args:
+            folder: made if it is not there; it must hold no log yet.
+            channels: the channels of records that are known from the start.
+            base_us: microseconds since 1970 at the caller's time 0.  The caller's clock and this
+                are all that time stamps are made of: the same flight gives the same bytes.
+            flush_interval_s: longest time that anything stays in this process.
+
+        Raises:
+            FlightLogError: the folder or a file in it cannot be made.
+        """
+        self.folder = folder
+        self.trouble: str | None = None
+        """What cannot be recorded any more and why, in one sentence; None while all is well."""
+        self.lost = 0
+        """Packets and records that were given and not recorded."""
+        self._interval_s = flush_interval_s
+        self._flush_at_s = -float("inf")
+        self._tlog: TlogWriter | None = None
+        self._mcap: McapLog | None = None
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._tlog = TlogWriter(folder / TLOG_NAME, base_us)
+            self._mcap = McapLog(folder / MCAP_NAME, channels, base_us)
+            self._tlog.flush()
+            self._mcap.flush()
+        except OSError as error:
+            self._release()
+            raise FlightLogError(_why_not(folder, error)) from error
+
+    def frame_in(self, time_s: float, raw: bytes) -> None:
+        """Record a packet that was received."""
+        self._frame(time_s, raw, sent=False)
+
+    def frame_out(self, time_s: float, raw: bytes) -> None:
+        """Record a packet that was sent."""
+        self._frame(time_s, raw, sent=True)
+
+    def record(self, topic: str, time_s: float, values: Mapping[str, Any]) -> None:
+        """Record what a stage of the controller says about itself."""
+        if self._mcap is None:
+            self.lost += 1
+            return
+        try:
+            self._mcap.write(topic, time_s, values)
+        except OSError as error:
+            self._give_up_mcap(error)
+        self.flush_if_due(time_s)
+
+    def flush_if_due(self, time_s: float) -> None:
+        """Hand everything to the system, if the interval is over."""
+        if time_s >= self._flush_at_s:
+            self._flush_at_s = time_s + self._interval_s
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand everything to the system now."""
+        try:
+            if self._tlog is not None:
+                self._tlog.flush()
+        except OSError as error:
+            self._give_up_tlog(error)
+        try:
+            if self._mcap is not None:
+                self._mcap.flush()
+        except OSError as error:
+            self._give_up_mcap(error)
+
+    def close(self) -> None:
+        """Finish the files; safe to call twice."""
+        self.flush()
+        self._release()
+
+    def _frame(self, time_s: float, raw: bytes, *, sent: bool) -> None:
+        if self._tlog is None:
+            self.lost += 1
+            return
+        self._tlog.write(time_s, raw, sent=sent)
+        self.flush_if_due(time_s)
+
+    def _give_up_tlog(self, error: OSError) -> None:
+        if self._tlog is not None:
+            self._tlog.abandon()
+            self._tlog = None
+        self._complain(TLOG_NAME, error)
+
+    def _give_up_mcap(self, error: OSError) -> None:
+        if self._mcap is not None:
+            self._mcap.abandon()
+            self._mcap = None
+        self._complain(MCAP_NAME, error)
+
+    def _complain(self, name: str, error: OSError) -> None:
+        said = f"{name} in {self.folder} is no longer written: {error.strerror or error}"
+        self.trouble = said if self.trouble is None else f"{self.trouble}; {said}"
+
+    def _release(self) -> None:
+        try:
+            if self._tlog is not None:
+                self._tlog.close()
+        except OSError as error:
+            self._complain(TLOG_NAME, error)
+        try:
+            if self._mcap is not None:
+                self._mcap.close()
+        except OSError as error:
+            self._complain(MCAP_NAME, error)
+        self._tlog = self._mcap = None
+
+
+def _why_not(folder: Path, error: OSError) -> str:
+    """One paragraph on what is wrong with the folder, and the remedy."""
+    begin = f"The flight cannot be recorded in {folder}: "
+    if isinstance(error, FileExistsError) and folder.is_dir():
+        return begin + "it holds a flight's log already. Choose another folder with --out."
+    if isinstance(error, (FileExistsError, NotADirectoryError)):
+        return begin + "a file has that name. Choose another folder with --out."
+    return begin + (
+        f"{error.strerror or error}. Make the folder writable, free some space, or choose "
+        "another folder with --out."
+    )

@@ -1,0 +1,167 @@
+"""Descriptions of a channel's records: field tables, JSON Schemas, units.
+
+Units are in the fields' names (`position_enu_m`), as everywhere in the companion; the schema
+repeats them in words for the tools that show a log.
+"""
+
+import dataclasses
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+_UNITS: tuple[tuple[str, str], ...] = (
+    # Longest first: the first suffix that fits is taken.
+    ("_m_s2", "m/s²"),
+    ("_m_s3", "m/s³"),
+    ("_rad_s", "rad/s"),
+    ("_m_s", "m/s"),
+    ("_mm", "mm"),
+    ("_rad", "rad"),
+    ("_deg", "degrees"),
+    ("_kg", "kg"),
+    ("_hz", "Hz"),
+    ("_us", "µs"),
+    ("_ms", "ms"),
+    ("_s", "s"),
+    ("_m", "m"),
+)
+_FRAMES: tuple[tuple[str, str], ...] = (
+    ("_flu_to_enu", "rotation from body FLU to world ENU, (w, x, y, z)"),
+    ("_enu", "world frame ENU"),
+    ("_flu", "body frame FLU"),
+    ("_ned", "world frame NED"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One field of a channel's records."""
+
+    name: str
+    kind: str = "number"
+    """number, integer, boolean, string, array (of numbers), object, or any."""
+    description: str = ""
+    """What it is; unit and frame are added by the name."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelSpec:
+    """A channel of the log: its topic and the fields of its records."""
+
+    topic: str
+    fields: tuple[Field, ...]
+    description: str = ""
+
+
+def unit_of(name: str) -> str:
+    """Unit and frame that a field's name says, in words; empty if it says none."""
+    words = [unit for suffix, unit in _UNITS if name.endswith(suffix)][:1]
+    words += [frame for part, frame in _FRAMES if part in name][:1]
+    return ", ".join(words)
+
+
+def json_schema(spec: ChannelSpec) -> dict[str, Any]:
+    """JSON Schema of a channel's records, as Foxglove reads it.
+
+    A number that was not finite is null in the log; the types say `number` alone all the same,
+    since readers of schemas take no list of types.
+    """
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": spec.topic,
+        "description": spec.description,
+        "type": "object",
+        "properties": {field.name: _property(field) for field in spec.fields},
+    }
+
+
+def spec_from_dataclass(
+    topic: str, record_class: type, descriptions: Mapping[str, str] | None = None
+) -> ChannelSpec:
+    """Channel of a dataclass's records: its fields with the kinds of their annotations.
+
+    Args:
+        topic: name of the channel.
+        record_class: a dataclass.
+        descriptions: what fields are, by name; else `description` in a field's metadata.
+
+    Raises:
+        TypeError: it is no dataclass.
+    """
+    hints = typing.get_type_hints(record_class)
+    descriptions = descriptions or {}
+    return ChannelSpec(
+        topic,
+        tuple(
+            Field(
+                field.name,
+                _kind_of_type(hints[field.name]),
+                descriptions.get(field.name, str(field.metadata.get("description", ""))),
+            )
+            for field in dataclasses.fields(record_class)
+        ),
+        (record_class.__doc__ or "").strip().split("\n")[0],
+    )
+
+
+def spec_from_record(topic: str, record: Mapping[str, Any]) -> ChannelSpec:
+    """Channel as its first record looks."""
+    return ChannelSpec(
+        topic, tuple(Field(name, _kind_of_value(value)) for name, value in record.items())
+    )
+
+
+def _property(field: Field) -> dict[str, Any]:
+    unit = unit_of(field.name)
+    text = field.description + (f" [{unit}]" if unit else "")
+    schema: dict[str, Any] = {"description": text.strip()}
+    if field.kind != "any":
+        schema["type"] = field.kind
+    if field.kind == "array":
+        schema["items"] = {"type": "number"}
+    return schema
+
+
+def _kind_of_type(hint: Any) -> str:  # noqa: ANN401 - any annotation
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
+        inner = [arg for arg in typing.get_args(hint) if arg is not type(None)]
+        kinds = {_kind_of_type(arg) for arg in inner}
+        if kinds == {"integer", "number"}:
+            return "number"
+        return kinds.pop() if len(kinds) == 1 else "any"
+    origin = typing.get_origin(hint) or hint
+    if not isinstance(origin, type):
+        return "any"
+    if issubclass(origin, Enum):
+        return _kind_of_value(next(iter(origin)).value)
+    kind = next((kind for python, kind in _KINDS if issubclass(origin, python)), "any")
+    if kind == "array":
+        inner = [arg for arg in typing.get_args(hint) if arg is not Ellipsis]
+        return "array" if inner and all(_kind_of_type(arg) in _NUMERIC for arg in inner) else "any"
+    return "object" if dataclasses.is_dataclass(origin) else kind
+
+
+def _kind_of_value(value: object) -> str:
+    if isinstance(value, Enum):
+        return _kind_of_value(value.value)
+    if hasattr(value, "tolist"):
+        return _kind_of_value(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return "array" if all(_kind_of_value(item) in _NUMERIC for item in value) else "any"
+    if dataclasses.is_dataclass(value):
+        return "object"
+    return next((kind for python, kind in _KINDS if isinstance(value, python)), "any")
+
+
+_KINDS: tuple[tuple[type, str], ...] = (
+    (bool, "boolean"),
+    (int, "integer"),
+    (float, "number"),
+    (str, "string"),
+    (Mapping, "object"),
+    (Sequence, "array"),
+)
+_NUMERIC = ("integer", "number")

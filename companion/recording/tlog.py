@@ -1,0 +1,105 @@
+"""Telemetry logs as QGroundControl, MAVExplorer and mavlogdump read them.
+
+Each record is eight bytes of big-endian microseconds and then one MAVLink packet.  As MAVProxy
+does, the two lowest bits of the time say on which link the packet was: 0 received, 1 sent.
+"""
+
+import os
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from companion.recording.append_file import AppendFile
+
+_TIME = struct.Struct(">Q")
+_LINK_BITS = 3
+_SENT = 1
+
+
+class TlogRecord(NamedTuple):
+    """One packet of a log."""
+
+    time_us: int
+    """Without the link bits, so to 4 µs."""
+    sent: bool
+    """True if the companion sent it (in logs that the companion wrote)."""
+    raw: bytes
+
+
+class TlogWriter:
+    """Appends packets to a log; they reach the system at `flush`."""
+
+    __slots__ = ("_base_us", "_file")
+
+    def __init__(self, path: Path, base_us: int = 0) -> None:
+        """Create the file.
+
+        Args:
+            path: where; must not exist yet.
+            base_us: microseconds since 1970 at the caller's time 0.
+
+        Raises:
+            OSError: the file cannot be made.
+        """
+        self._file = AppendFile(path)
+        self._base_us = base_us
+
+    def write(self, time_s: float, raw: bytes, *, sent: bool) -> None:
+        """Add one packet."""
+        time_us = (self._base_us + round(time_s * 1e6)) & ~_LINK_BITS | sent
+        self._file.write(_TIME.pack(time_us) + raw)
+
+    def flush(self) -> None:
+        """Hand everything to the system.
+
+        Raises:
+            OSError: it refuses (disk full); the file keeps the whole packets from before.
+        """
+        self._file.flush()
+
+    def close(self) -> None:
+        """Flush and close; safe to call twice.
+
+        Raises:
+            OSError: the last packets cannot be written; the file is closed all the same.
+        """
+        self._file.close()
+
+    def abandon(self) -> None:
+        """Close without writing what is left, after the system has refused to write."""
+        self._file.abandon()
+
+
+def read_tlog(path: str | os.PathLike[str]) -> Iterator[TlogRecord]:
+    """Records of a log, in order; a record cut off at the end is left out.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it is no tlog, or is damaged in the middle.
+    """
+    data = Path(path).read_bytes()
+    position = 0
+    while position + 10 < len(data):
+        start = position + _TIME.size
+        length = _packet_length(data, start)
+        if length is None:
+            raise ValueError(f"{path}: no MAVLink packet at byte {start}; this is no whole tlog")
+        if start + length > len(data):
+            return
+        time_us: int = _TIME.unpack_from(data, position)[0]
+        yield TlogRecord(
+            time_us & ~_LINK_BITS,
+            time_us & _LINK_BITS == _SENT,
+            data[start : start + length],
+        )
+        position = start + length
+
+
+def _packet_length(data: bytes, start: int) -> int | None:
+    """Length of the packet that begins at `start`, by its header; None if there is none."""
+    if data[start] == 0xFD:
+        return 12 + data[start + 1] + (13 if data[start + 2] & 1 else 0)
+    if data[start] == 0xFE:
+        return 8 + data[start + 1]
+    return None
