@@ -16,68 +16,89 @@ from typing import Any
 from companion.recording.schema import ChannelSpec
 
 _NUMBER = "%.12g"
+_MOST_TEMPLATES = 16
 
 
 class RecordEncoder:
     """Encodes the records of one channel."""
 
-    __slots__ = ("_fields", "_lengths", "_template")
+    __slots__ = ("_arrays", "_lengths", "_others", "_scalars", "_templates")
 
     def __init__(self, spec: ChannelSpec) -> None:
-        self._fields = tuple((field.name, field.kind) for field in spec.fields)
+        self._scalars = tuple(field.name for field in spec.fields if field.kind == "number")
+        self._arrays = tuple(field.name for field in spec.fields if field.kind == "array")
+        self._others = tuple(
+            field.name for field in spec.fields if field.kind not in ("number", "array")
+        )
         self._lengths: dict[str, int] = {}
-        self._template = ""
+        self._templates: dict[tuple[int, ...], str] = {}
 
     def encode(self, record: Mapping[str, Any]) -> bytes:
         """UTF-8 JSON of a record; numbers that are not finite become null.
 
-        Any record can be encoded.  One with exactly the channel's fields, finite numbers and
-        arrays as long as in the record before is encoded fast.
+        Any record can be encoded.  One with exactly the channel's fields and with arrays as long
+        as in the record before is encoded fast.
         """
         try:
-            return self._by_template(record)
-        except (KeyError, TypeError, ValueError):
-            pass
-        try:
-            self._prepare(record)
-            return self._by_template(record)
-        except (KeyError, TypeError, ValueError):
+            try:
+                return self._by_template(record)
+            except _NewLengths:
+                self._templates.clear()
+                self._lengths = {name: len(record[name]) for name in self._arrays}
+                return self._by_template(record)
+        except (KeyError, TypeError):
             return _plain_json(record).encode()
 
     def _by_template(self, record: Mapping[str, Any]) -> bytes:
-        if len(record) != len(self._fields):
-            raise KeyError("other fields than the channel's")
-        values: list[Any] = []
-        total = 0.0
-        for name, kind in self._fields:
-            value = record[name]
-            if kind == "number":
-                total += value
-                values.append(value)
-            elif kind == "array":
-                if len(value) != self._lengths[name]:
-                    raise ValueError("array of another length")
-                total += sum(value)
-                values.extend(value)
-            else:
-                values.append(_plain_json(value))
-        if not math.isfinite(total):
-            raise ValueError("a number is not finite")
-        return (self._template % tuple(values)).encode()
+        """Fill the channel's format string: numbers first, then what is rendered one by one."""
+        lengths = self._lengths
+        numbers = [record[name] for name in self._scalars]
+        for name in self._arrays:
+            values = record[name]
+            if len(values) != lengths.get(name):
+                raise _NewLengths
+            numbers += values
+        texts = [_plain_json(record[name]) for name in self._others]
+        if len(record) != len(self._scalars) + len(self._arrays) + len(texts):
+            raise KeyError("a field that the channel does not have")
+        nulls: tuple[int, ...] = ()
+        try:
+            all_finite = math.isfinite(sum(numbers))
+        except TypeError:  # a None among them
+            all_finite = False
+        if not all_finite:
+            nulls = tuple(
+                place
+                for place, value in enumerate(numbers)
+                if value is None or not math.isfinite(value)
+            )
+            numbers = [value for value in numbers if value is not None and math.isfinite(value)]
+        template = self._templates.get(nulls) or self._add_template(nulls)
+        return (template % (*numbers, *texts)).encode()
 
-    def _prepare(self, record: Mapping[str, Any]) -> None:
-        """Make the format string for arrays as long as in this record."""
-        parts = []
-        for name, kind in self._fields:
-            if kind == "number":
-                text = _NUMBER
-            elif kind == "array":
-                self._lengths[name] = len(record[name])
-                text = "[" + ",".join([_NUMBER] * len(record[name])) + "]"
-            else:
-                text = "%s"
-            parts.append(json.dumps(name).replace("%", "%%") + ":" + text)
-        self._template = "{" + ",".join(parts) + "}"
+    def _add_template(self, nulls: tuple[int, ...]) -> str:
+        """Make the format string for records whose numbers at these places are null."""
+        count = len(self._scalars) + sum(self._lengths.values())
+        slots = iter(["null" if place in nulls else _NUMBER for place in range(count)])
+        parts = [_key(name) + next(slots) for name in self._scalars]
+        for name in self._arrays:
+            items = ",".join(next(slots) for _ in range(self._lengths[name]))
+            parts.append(f"{_key(name)}[{items}]")
+        parts += [_key(name) + "%s" for name in self._others]
+        if len(self._templates) >= _MOST_TEMPLATES:
+            self._templates.clear()
+        template = "{" + ",".join(parts) + "}"
+        self._templates[nulls] = template
+        return template
+
+
+class _NewLengths(Exception):  # noqa: N818 - a signal within this module, not an error
+    """An array is not as long as it was."""
+
+
+def _key(name: str) -> str:
+    """A field's name as JSON, ready for a format string."""
+    return json.dumps(name).replace("%", "%%") + ":"
 
 
 def _plain_json(value: Any) -> str:  # noqa: ANN401 - any value
