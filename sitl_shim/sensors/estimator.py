@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import cos, exp, radians, sin, sqrt
 
 import numpy as np
+import numpy.typing as npt
 
 from sitl_shim.frames import Quaternion, Vector3
 from sitl_shim.plant.state import PlantState
@@ -15,6 +16,8 @@ from sitl_shim.sensors.profile import SensorProfile
 _SEED_STREAM = 3
 _BLOCK = 512
 _DRAWS = 24
+
+_Row = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,40 +46,28 @@ class Estimator:
             vehicle: its trim spread is a constant error of roll and pitch.
             seed: draws everything random here.
         """
-        generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_SEED_STREAM,)))
-        self._generator = generator
-        self._noise: list[list[float]] = []
-        self._index = 0
+        self._generator = np.random.default_rng(
+            np.random.SeedSequence(seed, spawn_key=(_SEED_STREAM,))
+        )
         self._profile = profile
         self._at_rest_thrust_n = 0.05 * vehicle.mass_kg * GRAVITY_M_S2
+        self._scale, self._offset = self._white_part(profile, vehicle.spread.trim_deg)
+        self._noise: list[list[float]] = []
+        self._index = 0
 
         error = profile.attitude
-        trim = vehicle.spread.trim_deg
-        spread = (
-            error.bias_spread_deg[0] + trim,
-            error.bias_spread_deg[1] + trim,
-            error.bias_spread_deg[2],
+        start = self._generator.standard_normal(3).tolist()
+        wander = [0.5 * radians(value) for value in error.wander_deg]
+        self._half_wander_size: Vector3 = (wander[0], wander[1], wander[2])
+        self._half_wander: Vector3 = (
+            wander[0] * start[0],
+            wander[1] * start[1],
+            wander[2] * start[2],
         )
-        uniform = generator.uniform(-1.0, 1.0, 6).tolist()
-        self._bias = tuple(
-            radians(b + s * u) for b, s, u in zip(error.bias_deg, spread, uniform[:3], strict=True)
-        )
-        self._attitude_noise = tuple(radians(value) for value in error.noise_deg)
-        self._wander_size = tuple(radians(value) for value in error.wander_deg)
-        self._wanders = any(error.wander_deg)
-        self._yaw_is_true = not (
-            any((error.bias_deg[2], spread[2], error.wander_deg[2], error.noise_deg[2]))
-        )
-        self._rate_bias = tuple(
-            b * u for b, u in zip(profile.rate_bias_spread_rad_s, uniform[3:], strict=True)
-        )
-        start = generator.standard_normal(9).tolist()
-        self._wander = tuple(s * n for s, n in zip(self._wander_size, start[:3], strict=True))
+        self._wanders = any(wander)
+        # No drift at first: the local frame has its origin where the estimator starts.
         self._drift_position: Vector3 = (0.0, 0.0, 0.0)
         self._drift_velocity: Vector3 = (0.0, 0.0, 0.0)
-        if profile.drift is not None:
-            x, y, z = (s * n for s, n in zip(profile.drift.position_m, start[3:6], strict=True))
-            self._drift_position = (x, y, z)
         self._step_s = 0.0
         self._drift_steps: tuple[DriftStep, DriftStep, DriftStep] | None = None
         self._wander_decay = 1.0
@@ -87,33 +78,51 @@ class Estimator:
         self._held: tuple[Vector3, Vector3] | None = None
         self._next_pose_s = 0.0
 
+    def _white_part(self, profile: SensorProfile, trim_deg: float) -> tuple[_Row, _Row]:
+        """Deviation and mean of what is drawn anew in each update, in the order of its use."""
+        error = profile.attitude
+        uniform = self._generator.uniform(-1.0, 1.0, 6)
+        spread = np.add(error.bias_spread_deg, (trim_deg, trim_deg, 0.0))
+        scale, offset = np.ones(_DRAWS), np.zeros(_DRAWS)
+        scale[0:3] = profile.position_noise_m
+        scale[3:6] = profile.velocity_noise_m_s
+        scale[6:9] = 0.5 * np.radians(error.noise_deg)  # half angles, as quaternions want them
+        offset[6:9] = 0.5 * np.radians(np.array(error.bias_deg) + spread * uniform[:3])
+        scale[9:12] = profile.rate_noise_rad_s
+        offset[9:12] = profile.rate_bias_spread_rad_s * uniform[3:]
+        scale[12:15] = profile.acceleration_noise_m_s2
+        return scale, offset
+
     def update(self, state: PlantState) -> Estimate:
         """The estimate of a state; to be called for each step of the plant, in order."""
-        if self._index >= len(self._noise):
-            self._noise = self._generator.standard_normal((_BLOCK, _DRAWS)).tolist()
-            self._index = 0
-        noise = self._noise[self._index]
-        self._index += 1
+        index = self._index
+        if index >= len(self._noise):
+            white = self._generator.standard_normal((_BLOCK, _DRAWS))
+            self._noise = (white * self._scale + self._offset).tolist()
+            index = 0
+        noise = self._noise[index]
+        self._index = index + 1
+        time_s = state.time_s
         if self._last_time_s is not None:
-            step_s = state.time_s - self._last_time_s
+            step_s = time_s - self._last_time_s
             if abs(step_s - self._step_s) > 1e-9:
                 self._set_step(step_s)
-            self._advance(state, noise)
-        self._last_time_s = state.time_s
+            if self._wanders:
+                self._advance_wander(noise)
+            if self._drift_steps is not None:
+                self._advance_drift(self._drift_steps, state, noise)
+        self._last_time_s = time_s
 
-        profile = self._profile
-        (gx, gy, gz), (sx, sy, sz) = self._rate_bias, profile.rate_noise_rad_s
-        ax, ay, az = profile.acceleration_noise_m_s2
-        p, q, r = state.rate_flu_rad_s
-        accel_x, accel_y, accel_z = state.acceleration_enu_m_s2
         position, velocity = self._pose(state, noise)
+        p, q, r = state.rate_flu_rad_s
+        x, y, z = state.acceleration_enu_m_s2
         return Estimate(
-            state.time_s,
+            time_s,
             position,
             velocity,
             self._attitude(state.attitude_flu_to_enu, noise),
-            (p + gx + sx * noise[9], q + gy + sy * noise[10], r + gz + sz * noise[11]),
-            (accel_x + ax * noise[12], accel_y + ay * noise[13], accel_z + az * noise[14]),
+            (p + noise[9], q + noise[10], r + noise[11]),
+            (x + noise[12], y + noise[13], z + noise[14]),
         )
 
     def _set_step(self, step_s: float) -> None:
@@ -128,24 +137,24 @@ class Estimator:
         self._wander_decay = exp(-step_s / self._profile.attitude.wander_time_s)
         self._wander_kick = sqrt(1.0 - self._wander_decay**2)
 
-    def _advance(self, state: PlantState, noise: list[float]) -> None:
-        """Move the slow errors on by one step."""
-        if self._wanders:
-            decay, kick = self._wander_decay, self._wander_kick
-            (a, b, c), (sa, sb, sc) = self._wander, self._wander_size
-            self._wander = (
-                decay * a + kick * sa * noise[15],
-                decay * b + kick * sb * noise[16],
-                decay * c + kick * sc * noise[17],
-            )
-        if self._drift_steps is None:
-            return
+    def _advance_wander(self, noise: list[float]) -> None:
+        decay, kick = self._wander_decay, self._wander_kick
+        (a, b, c), (sa, sb, sc) = self._half_wander, self._half_wander_size
+        self._half_wander = (
+            decay * a + kick * sa * noise[15],
+            decay * b + kick * sb * noise[16],
+            decay * c + kick * sc * noise[17],
+        )
+
+    def _advance_drift(
+        self, steps: tuple[DriftStep, DriftStep, DriftStep], state: PlantState, noise: list[float]
+    ) -> None:
         if state.on_ground and sum(state.rotor_thrust_n) < self._at_rest_thrust_n:
             # A vehicle that stands still knows it (zero-velocity update).
             self._drift_velocity = (0.0, 0.0, 0.0)
             return
         (ex, ey, ez), (fx, fy, fz) = self._drift_position, self._drift_velocity
-        x, y, z = self._drift_steps
+        x, y, z = steps
         n0, n1, n2, n3, n4, n5 = noise[18:24]
         self._drift_position = (
             x[0] * ex + x[1] * fx + x[4] * n0,
@@ -171,11 +180,9 @@ class Estimator:
                 past.popleft()
             _, (x, y, z), (vx, vy, vz) = past[0]
         (ex, ey, ez), (fx, fy, fz) = self._drift_position, self._drift_velocity
-        px, py, pz = self._profile.position_noise_m
-        qx, qy, qz = self._profile.velocity_noise_m_s
         pose = (
-            (x + ex + px * noise[0], y + ey + py * noise[1], z + ez + pz * noise[2]),
-            (vx + fx + qx * noise[3], vy + fy + qy * noise[4], vz + fz + qz * noise[5]),
+            (x + ex + noise[0], y + ey + noise[1], z + ez + noise[2]),
+            (vx + fx + noise[3], vy + fy + noise[4], vz + fz + noise[5]),
         )
         if self._profile.pose_rate_hz > 0.0:
             self._held = pose
@@ -183,15 +190,13 @@ class Estimator:
         return pose
 
     def _attitude(self, truth: Quaternion, noise: list[float]) -> Quaternion:
-        """Yaw error about up, from the left; roll and pitch error about the body, from the right.
+        """Truth with a yaw error about up (from the left) and a tilt error (from the right).
 
         Roll and pitch error are a rotation vector of a few degrees, taken to second order.
         """
         w, x, y, z = truth
-        (br, bp, by), (wr, wp, wy) = self._bias, self._wander
-        nr, np_, ny = self._attitude_noise
-        half_roll = 0.5 * (br + wr + nr * noise[6])
-        half_pitch = 0.5 * (bp + wp + np_ * noise[7])
+        roll, pitch, yaw = self._half_wander
+        half_roll, half_pitch, half_yaw = roll + noise[6], pitch + noise[7], yaw + noise[8]
         rest = 1.0 - 0.5 * (half_roll * half_roll + half_pitch * half_pitch)
         w, x, y, z = (
             w * rest - x * half_roll - y * half_pitch,
@@ -199,8 +204,7 @@ class Estimator:
             y * rest + w * half_pitch + z * half_roll,
             z * rest + x * half_pitch - y * half_roll,
         )
-        if not self._yaw_is_true:
-            half_yaw = 0.5 * (by + wy + ny * noise[8])
+        if half_yaw != 0.0:
             c, s = cos(half_yaw), sin(half_yaw)
             w, x, y, z = c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w
         scale = 1.0 / sqrt(w * w + x * x + y * y + z * z)

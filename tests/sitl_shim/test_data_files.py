@@ -1,0 +1,140 @@
+import shutil
+from pathlib import Path
+
+import pytest
+
+from sitl_shim.data_file import DataFileError
+from sitl_shim.plant.vehicle import load_vehicle
+from sitl_shim.sensors.profile import load_profile
+from sitl_shim.wind import load_scenario
+
+BEBOP = Path(__file__).parents[2] / "sitl_shim" / "plant" / "vehicles" / "bebop2.yaml"
+
+
+@pytest.fixture
+def changed(tmp_path):
+    """A copy of the bebop2 with one piece of text replaced."""
+
+    def change(old, new):
+        text = BEBOP.read_text()
+        assert old in text
+        path = tmp_path / "mine.yaml"
+        path.write_text(text.replace(old, new, 1))
+        return path
+
+    return change
+
+
+def line_of(path, text):
+    return next(n for n, line in enumerate(path.read_text().splitlines(), 1) if text in line)
+
+
+def test_a_copied_file_loads_as_the_named_vehicle(tmp_path):
+    copy = tmp_path / "copy.yaml"
+    shutil.copy(BEBOP, copy)
+    assert load_vehicle(copy) == load_vehicle(str(copy)) == load_vehicle("bebop2")
+
+
+def test_an_unknown_key_is_told_with_file_line_and_the_key_that_was_meant(changed):
+    path = changed("friction:", "fricton:")
+    with pytest.raises(DataFileError) as caught:
+        load_vehicle(path)
+    message = str(caught.value)
+    assert str(path) in message
+    assert (
+        f"line {line_of(path, 'fricton')}: the key 'ground_contact.fricton' is unknown" in message
+    )
+    assert "did you mean 'friction'?" in message
+
+
+def test_a_missing_key_is_told_with_what_to_do(changed):
+    with pytest.raises(DataFileError, match=r"the key 'propulsion\.thrust_shape' is missing; add"):
+        load_vehicle(changed("  thrust_shape: 0.0\n", ""))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("mass_kg: 0.5", "mass_kg: -0.5", "mass_kg"),
+        ("mass_kg: 0.5", "mass_kg: heavy", "mass_kg"),
+        ("mass_kg: 0.5", "mass_kg: '0.5'", "mass_kg"),
+        ("mass_kg: 0.5", "mass_kg: .nan", "mass_kg"),
+        ("spin: ccw", "spin: left", "rotors.0.spin"),
+        ("[0.0033, 0.0039, 0.0066]", "[0.0033, 0.0039]", "inertia_kg_m2"),
+        ("empty_voltage_v: 10.5", "empty_voltage_v: 13.0", "battery"),
+    ],
+)
+def test_a_value_that_cannot_be_is_told_with_its_line_and_key(changed, old, new, key):
+    path = changed(old, new)
+    with pytest.raises(DataFileError) as caught:
+        load_vehicle(path)
+    message = str(caught.value)
+    assert str(path) in message
+    assert f"'{key}" in message
+    assert "line " in message
+
+
+def test_the_line_told_is_the_line_of_the_value(changed):
+    path = changed("foot_depth_m: 0.05", "foot_depth_m: 0")
+    with pytest.raises(DataFileError, match=f"line {line_of(path, 'foot_depth_m')}:"):
+        load_vehicle(path)
+
+
+def test_a_vehicle_that_cannot_lift_itself_is_refused(changed):
+    with pytest.raises(DataFileError, match="cannot lift"):
+        load_vehicle(changed("max_thrust_n: 2.5", "max_thrust_n: 1.2"))
+
+
+def test_a_key_given_twice_is_refused(changed):
+    path = changed("mass_kg: 0.5", "mass_kg: 0.5\nmass_kg: 0.6")
+    with pytest.raises(DataFileError, match="'mass_kg' is there already"):
+        load_vehicle(path)
+
+
+@pytest.mark.parametrize("text", ["", "- 1\n- 2\n", "just words"])
+def test_a_file_that_is_no_mapping_is_told_the_keys(tmp_path, text):
+    path = tmp_path / "odd.yaml"
+    path.write_text(text)
+    with pytest.raises(DataFileError, match="must be a mapping"):
+        load_scenario(path)
+
+
+def test_broken_yaml_and_unsafe_yaml_are_errors_with_the_file(tmp_path):
+    for text in ("name: [", "name: !!python/object/apply:os.getcwd []"):
+        path = tmp_path / "broken.yaml"
+        path.write_text(text)
+        with pytest.raises(DataFileError, match=r"broken\.yaml"):
+            load_profile(path)
+
+
+def test_a_file_that_is_not_there_or_not_text_is_told(tmp_path):
+    with pytest.raises(DataFileError, match="cannot be read"):
+        load_vehicle(tmp_path / "absent.yaml")
+    binary = tmp_path / "binary.yaml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(DataFileError, match="cannot be read"):
+        load_vehicle(binary)
+
+
+def test_an_unknown_name_is_answered_with_the_known_ones():
+    with pytest.raises(DataFileError, match="bebop2, sih_quadx, x500"):
+        load_vehicle("bebop3")
+    with pytest.raises(DataFileError, match="calm, fan-1"):
+        load_scenario("storm")
+    with pytest.raises(DataFileError, match="gnss, mocap"):
+        load_profile("radar")
+
+
+def test_a_wind_of_unknown_kind_is_told(tmp_path):
+    path = tmp_path / "odd.yaml"
+    path.write_text("name: odd\nwinds:\n  - kind: tornado\n    speed: 3.0\n")
+    with pytest.raises(DataFileError, match=r"line 3: 'winds\.0'.*tornado"):
+        load_scenario(path)
+
+
+def test_a_jet_without_direction_is_refused(tmp_path):
+    path = tmp_path / "jet.yaml"
+    fan = Path(__file__).parents[2] / "configs" / "scenarios" / "fan-4.yaml"
+    path.write_text(fan.read_text().replace("[1.0, 0.3, 0.0]", "[0.0, 0.0, 0.0]"))
+    with pytest.raises(DataFileError, match="direction may not be zero"):
+        load_scenario(path)
