@@ -119,6 +119,12 @@ class TimeoutsConfig(_Model):
     command_s: Positive = 5.0
     takeoff_s: Positive = 30.0
     land_s: Positive = 60.0
+    link_lost_s: Annotated[float, Field(ge=1.5)] = Field(
+        default=5.0, description="Silence after which the flight gives the link up."
+    )
+    handed_over_s: Positive = Field(
+        default=60.0, description="Wait for a person's word after a hand-over."
+    )
 
 
 class SupervisorConfig(_Model):

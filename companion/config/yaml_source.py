@@ -47,6 +47,8 @@ def read_yaml(path: Path) -> Source:
 def parse_yaml(text: str, name: str) -> Source:
     """Parse YAML text that holds one mapping; errors as `read_yaml`."""
     try:
+        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
+            raise ConfigError(f"{name}: YAML aliases (*name) are not taken; write the value out.")
         node = yaml.compose(text, Loader=yaml.SafeLoader)
         lines = dict(_lines_of(node, (), name)) if node is not None else {}
         data = yaml.safe_load(text)

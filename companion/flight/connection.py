@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from companion.flight.errors import FlightAbortedError
+from companion.flight.errors import FlightAbortedError, LinkLostError
 from companion.link.link import Link
 from companion.mavlink.codec import Packer, decode
 from companion.mavlink.command_exchange import CommandExchange, CommandQueue
@@ -36,6 +36,7 @@ from companion.vehicle_state import VehicleState
 
 _HOUSEKEEPING_S = 0.05
 _HEARTBEAT_S = 1.0
+_SILENCE_TOLD_S = 1.0
 
 
 class FrameLog(Protocol):
@@ -78,11 +79,15 @@ class Connection:
         self.state_received_s = -math.inf
         self.heard_s = -math.inf
         """When anything came from the vehicle last."""
+        self.samples = 0
+        """Usable samples of the state so far."""
         self.rejected_samples = 0
         self.on_state: Callable[[VehicleState, float], None] | None = None
         """Called with each usable sample and the loop's time at which it came."""
         self.on_mode: Callable[[int], None] | None = None
         """Called when the vehicle reports another mode."""
+        self.interrupted: Callable[[], Exception | None] = lambda: None
+        """An error that ends whatever is waited for; None to wait on."""
         self._link = link
         self._log = log
         self._packer = Packer(1)
@@ -98,6 +103,11 @@ class Connection:
         """Whom to address; only once the vehicle is known."""
         assert self.peers.vehicle is not None
         return self.peers.vehicle.target
+
+    @property
+    def link_description(self) -> str:
+        """Where the link leads, for a person."""
+        return self._link.description
 
     @property
     def mode(self) -> str:
@@ -126,14 +136,33 @@ class Connection:
     def fail(self, error: BaseException) -> None:
         """End every wait, present and coming, with an error: the vehicle is gone."""
         self._failure = error
-        self._wake()
+        self.wake()
 
-    async def housekeeping(self) -> None:
-        """Keep heartbeat, clock and exchanges going, until cancelled."""
+    async def housekeeping(self, lost_after_s: float, tell: Callable[[str], None]) -> None:
+        """Keep heartbeat, clock and exchanges going, until cancelled.
+
+        Args:
+            lost_after_s: the link counts as lost after this long in silence.
+            tell: told once when the vehicle falls silent.
+        """
         loop = asyncio.get_running_loop()
+        told = False
         while True:
             now = loop.time()
             if self.peers.vehicle is not None:
+                silence = now - self.heard_s
+                if silence > _SILENCE_TOLD_S and not told:
+                    tell(f"nothing was heard from the autopilot for {_SILENCE_TOLD_S:g} s")
+                told = silence > _SILENCE_TOLD_S
+                if silence > lost_after_s:
+                    self.fail(
+                        LinkLostError(
+                            f"Nothing was heard from the autopilot for {lost_after_s:g} s over "
+                            f"{self.link_description}: the link is lost. What the vehicle does "
+                            "now is its autopilot's failsafe."
+                        )
+                    )
+                    return
                 if now >= self._heartbeat_due_s:
                     self._heartbeat_due_s = now + _HEARTBEAT_S
                     self.send(heartbeat(self.health))
@@ -141,15 +170,16 @@ class Connection:
             await asyncio.sleep(_HOUSEKEEPING_S)
 
     async def wait_until(
-        self, condition: Callable[[], bool], timeout_s: float, missing: Callable[[], str]
+        self, condition: Callable[[], bool], timeout_s: float | None, missing: Callable[[], str]
     ) -> None:
         """Wait until a condition on the reports holds.
 
         Raises:
             FlightAbortedError: it did not within the time; the text is what `missing` says.
         """
-        if self._failure is not None:
-            raise self._failure
+        error = self._failure or self.interrupted()
+        if error is not None:
+            raise error
         if condition():
             return
         future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
@@ -214,14 +244,16 @@ class Connection:
         if self._mode_change is not None:
             for outgoing in self._mode_change.outgoing(now_s):
                 self.send(outgoing)
-        self._wake()
+        self.wake()
 
-    def _wake(self) -> None:
+    def wake(self) -> None:
+        """Look at all conditions that are waited for."""
         for condition, future in list(self._waiters):
             if future.done():
                 continue
-            if self._failure is not None:
-                future.set_exception(self._failure)
+            error = self._failure or self.interrupted()
+            if error is not None:
+                future.set_exception(error)
             elif condition():
                 future.set_result(None)
 
@@ -232,13 +264,13 @@ class Connection:
         # Recorded after the setpoint went out: a slow disk must not delay the control.
         for frame in frames:
             self._log.frame_in(received_s, frame.raw)
-        self._wake()
+        self.wake()
 
     def _on_frame(self, frame: Frame, received_s: float) -> None:
         self.peers.on_frame(frame, received_s)
         message_id = frame.message_id
         if message_id == MessageId.HEARTBEAT:
-            self._on_heartbeat(frame)
+            self._on_heartbeat(frame, received_s)
             return
         if not self.peers.is_vehicle(frame) or is_truth(frame):
             return
@@ -248,6 +280,7 @@ class Connection:
             if isinstance(sample, Rejected):
                 self.rejected_samples += 1
                 return
+            self.samples += 1
             self.state = sample
             self.state_received_s = received_s
             if self.on_state is not None:
@@ -264,12 +297,13 @@ class Connection:
         elif message_id in _DECODED:
             self._on_report(frame)
 
-    def _on_heartbeat(self, frame: Frame) -> None:
+    def _on_heartbeat(self, frame: Frame, received_s: float) -> None:
         message = decode(frame)
         vehicle_known = self.peers.vehicle is not None
         self.peers.on_heartbeat(frame, message)
         if not self.peers.is_vehicle(frame):
             return
+        self.heard_s = received_s
         if not vehicle_known:
             self._packer.system_id = frame.system_id
         self.reports.armed = bool(message.base_mode & BASE_MODE_ARMED)

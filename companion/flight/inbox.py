@@ -1,7 +1,7 @@
 """The one inbox of a flight: commands of a person, from wherever they come."""
 
-import asyncio
 from collections import deque
+from collections.abc import Callable
 from enum import Enum
 
 
@@ -9,8 +9,11 @@ class PilotCommand(Enum):
     """What a person may ask of a running flight."""
 
     LAND = "land"
+    """Land where the vehicle is, by the autopilot's own landing."""
     ABORT = "abort"
+    """Stop commanding at once and leave the vehicle to the autopilot's failsafe."""
     RESUME = "resume"
+    """Take control again after a hand-over or a takeover, and fly the trajectory anew."""
 
 
 class Inbox:
@@ -18,22 +21,22 @@ class Inbox:
 
     def __init__(self) -> None:
         self._waiting: deque[PilotCommand] = deque()
-        self._arrived = asyncio.Event()
+        self.interrupts = 0
+        """How often a person has pressed Ctrl-C."""
+        self.on_put: Callable[[PilotCommand], None] | None = None
+        """Called when a command has come; the flight wakes up by it."""
 
     def put(self, command: PilotCommand) -> None:
-        """Ask for something; takes effect at the flight's next step."""
+        """Ask for something."""
         self._waiting.append(command)
-        self._arrived.set()
+        if self.on_put is not None:
+            self.on_put(command)
+
+    @property
+    def waiting(self) -> bool:
+        """True if a command has not been taken yet."""
+        return bool(self._waiting)
 
     def take(self) -> PilotCommand | None:
         """The oldest command that waits, or None."""
-        if not self._waiting:
-            return None
-        command = self._waiting.popleft()
-        if not self._waiting:
-            self._arrived.clear()
-        return command
-
-    def peek(self) -> PilotCommand | None:
-        """The oldest command, left where it is."""
-        return self._waiting[0] if self._waiting else None
+        return self._waiting.popleft() if self._waiting else None

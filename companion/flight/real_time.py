@@ -1,0 +1,103 @@
+"""A flight on the wall clock, over UDP: to a real autopilot, or to the embedded shim."""
+
+import asyncio
+import contextlib
+import gc
+import signal
+import time
+
+from companion.config.resolve import FlightConfig
+from companion.flight.command_socket import CommandServer
+from companion.flight.conduct import Outcome, conduct
+from companion.flight.inbox import Inbox, PilotCommand
+from companion.flight.observer import Observer
+from companion.flight.shim_process import ShimOptions, ShimProcess, start_shim
+from companion.link.udp import UdpLink
+from companion.link.url import parse_link_url
+from companion.recording.flight_log import FlightLog
+from companion.trajectories.trajectory import Trajectory
+
+_EMBEDDED_URL = "udpin://127.0.0.1:0"
+
+
+def fly_in_real_time(
+    config: FlightConfig,
+    trajectory: Trajectory,
+    log: FlightLog,
+    observer: Observer,
+    shim: ShimOptions | None,
+) -> Outcome:
+    """Fly; Ctrl-C lands, a second Ctrl-C hands over at once.
+
+    Args:
+        config: mission, vehicle, controller.
+        trajectory: what to track.
+        log: open; closed by the caller.
+        observer: told what happens.
+        shim: start this shim and fly it; None to fly what `mission.connect` names.
+
+    Raises:
+        LinkError: the link can't be opened.
+    """
+    with asyncio.Runner() as runner:
+        return runner.run(_fly(config, trajectory, log, observer, shim))
+
+
+def log_base_us() -> int:
+    """Microseconds since 1970 at the event loop's time 0, for time stamps in logs."""
+    return round((time.time() - time.monotonic()) * 1e6)
+
+
+async def _fly(
+    config: FlightConfig,
+    trajectory: Trajectory,
+    log: FlightLog,
+    observer: Observer,
+    options: ShimOptions | None,
+) -> Outcome:
+    inbox = Inbox()
+    link = UdpLink(parse_link_url(config.mission.connect or _EMBEDDED_URL))
+    server = CommandServer(inbox)
+    shim: ShimProcess | None = None
+    await link.open()
+    loop = asyncio.get_running_loop()
+    loop.add_signal_handler(signal.SIGINT, _on_interrupt, inbox, observer)
+    loop.add_signal_handler(signal.SIGTERM, inbox.put, PilotCommand.LAND)
+    # A collection of everything that was imported takes milliseconds; none of it is garbage.
+    gc.collect()
+    gc.freeze()
+    try:
+        try:
+            await server.open()
+        except OSError as error:
+            observer.message("warning", f"no command socket, only Ctrl-C: {error}")
+        if options is not None:
+            assert link.local is not None
+            shim = await start_shim(options, link.local[1])
+        return await conduct(
+            config,
+            trajectory,
+            link,
+            log,
+            inbox,
+            observer,
+            real_time=True,
+            lost=shim.lost if shim else None,
+        )
+    finally:
+        loop.remove_signal_handler(signal.SIGINT)
+        loop.remove_signal_handler(signal.SIGTERM)
+        link.close()
+        with contextlib.suppress(OSError):
+            await server.close()
+        if shim is not None:
+            await shim.end()
+
+
+def _on_interrupt(inbox: Inbox, observer: Observer) -> None:
+    if inbox.interrupts == 0:
+        observer.message("warning", "Ctrl-C: landing. Once more hands over to the autopilot.")
+        inbox.put(PilotCommand.LAND)
+    else:
+        inbox.put(PilotCommand.ABORT)
+    inbox.interrupts += 1

@@ -1,0 +1,154 @@
+"""The records of a flight: what each tick and each plan says about itself.
+
+The field tables make the log's schemas; `control_record` and `plan_record` fill them.
+"""
+
+import math
+from typing import Any
+
+from companion.control.frameworks import StackRecord
+from companion.control.mpc import MpcRecord
+from companion.control.reference_model import Array
+from companion.flight.control_loop import Output
+from companion.recording.schema import ChannelSpec, Field
+from companion.vehicle_state import VehicleState
+
+CONTROL = ChannelSpec(
+    "control",
+    (
+        Field("autopilot_time_s", description="autopilot's clock at the sample"),
+        Field("received_s", description="loop's clock at the sample's arrival"),
+        Field("loop_delay_s", description="from the sample's time until its setpoint acts"),
+        Field("latency_s", description="from the sample's arrival to its setpoint's departure"),
+        Field("computed_us", description="processing of the sample by the controller"),
+        Field("phase", "string"),
+        Field("rung", "string", "rung of the supervisor's ladder"),
+        Field("fallback", "string", "fallback in use, empty for none"),
+        Field("reason", "string", "why not the top rung"),
+        Field("position_enu_m", "array", "as reported"),
+        Field("velocity_enu_m_s", "array", "as reported"),
+        Field("attitude_flu_to_enu", "array", "as reported"),
+        Field("desired_enu_m", "array", "y2*, the reference at the sample's time"),
+        Field("attitude_setpoint_flu_to_enu", "array"),
+        Field("thrust", description="thrust field of the setpoint, 0..1"),
+        Field("hover_thrust", description="estimated thrust field at hover, 0..1"),
+        Field("r2_enu_m", "array", "position reference from the outer controller"),
+        Field("r1_enu_m_s", "array", "velocity reference of the L1 controller"),
+        Field("u", "array", "output of the L1 controller: sines of the tilt, climb rate in m/s"),
+        Field("applied_u", "array", "u after its limits"),
+        Field("y_tilde_m_s", "array", "prediction error of the velocity"),
+        Field("sigma_hat", "array", "adaptive estimate, in the unit of u"),
+        Field("projecting", "boolean", "the projection held the estimate back"),
+        Field("roll_rad", description="commanded, FLU"),
+        Field("pitch_rad", description="commanded, FLU: positive is nose down"),
+    ),
+    "one record for each sample of the state while setpoints flow",
+)
+
+PLAN = ChannelSpec(
+    "plan",
+    (
+        Field("autopilot_time_s", description="autopilot's clock at the sample"),
+        Field("status", "string", "how the reference came about"),
+        Field("constrained_axes", "array", "1 on axes whose closed form violated a constraint"),
+        Field("r_max_active", "boolean", "the bound on the second difference was violated"),
+        Field("solver_status", "string"),
+        Field("solver_iterations", "integer"),
+        Field("predicted_end_enu_m", "array", "where the plan ends"),
+    ),
+    "one record for each run of the outer controller",
+)
+
+EVENT = ChannelSpec(
+    "event",
+    (Field("severity", "string"), Field("text", "string")),
+    "what a person was told",
+)
+
+CHANNELS = (CONTROL, PLAN, EVENT)
+
+_NO_VECTOR = (math.nan,) * 3
+_NO_QUATERNION = (math.nan,) * 4
+
+
+def control_record(
+    state: VehicleState,
+    output: Output,
+    desired_m: Array | None,
+    phase: str,
+    timing_s: tuple[float, float, float],
+    computed_us: float,
+) -> dict[str, Any]:
+    """Record of a tick.
+
+    Args:
+        state: the sample.
+        output: what was decided on it.
+        desired_m: (3,) reference at its time.
+        phase: of the flight.
+        timing_s: arrival, loop delay, latency.
+        computed_us: processing time.
+    """
+    received_s, delay_s, latency_s = timing_s
+    record: dict[str, Any] = {
+        "autopilot_time_s": state.time_s,
+        "received_s": received_s,
+        "loop_delay_s": delay_s,
+        "latency_s": latency_s,
+        "computed_us": computed_us,
+        "phase": phase,
+        "rung": output.rung.value,
+        "fallback": output.fallback,
+        "reason": output.reason,
+        "position_enu_m": state.position_enu_m,
+        "velocity_enu_m_s": state.velocity_enu_m_s,
+        "attitude_flu_to_enu": state.attitude_flu_to_enu,
+        "desired_enu_m": _NO_VECTOR if desired_m is None else desired_m.tolist(),
+        "attitude_setpoint_flu_to_enu": output.attitude_flu_to_enu or _NO_QUATERNION,
+        "thrust": output.thrust,
+    }
+    record.update(_NO_STACK if output.stack is None else _stack_fields(output.stack))
+    return record
+
+
+def _stack_fields(stack: StackRecord) -> dict[str, Any]:
+    return {
+        "hover_thrust": stack.hover_thrust,
+        "r2_enu_m": stack.r2_m.tolist(),
+        "r1_enu_m_s": stack.inner.r1_m_s.tolist(),
+        "u": stack.inner.u.tolist(),
+        "applied_u": stack.applied_u.tolist(),
+        "y_tilde_m_s": stack.inner.y_tilde_m_s.tolist(),
+        "sigma_hat": stack.inner.sigma_hat.tolist(),
+        "projecting": stack.inner.projecting,
+        "roll_rad": stack.roll_rad,
+        "pitch_rad": stack.pitch_rad,
+    }
+
+
+_NO_STACK: dict[str, Any] = {
+    "hover_thrust": math.nan,
+    "r2_enu_m": _NO_VECTOR,
+    "r1_enu_m_s": _NO_VECTOR,
+    "u": _NO_VECTOR,
+    "applied_u": _NO_VECTOR,
+    "y_tilde_m_s": _NO_VECTOR,
+    "sigma_hat": _NO_VECTOR,
+    "projecting": False,
+    "roll_rad": math.nan,
+    "pitch_rad": math.nan,
+}
+
+
+def plan_record(autopilot_time_s: float, plan: MpcRecord) -> dict[str, Any]:
+    """Record of a run of the outer controller."""
+    predicted = plan.predicted_position_m
+    return {
+        "autopilot_time_s": autopilot_time_s,
+        "status": plan.status,
+        "constrained_axes": [int(axis) for axis in plan.constrained_axes],
+        "r_max_active": plan.r_max_active,
+        "solver_status": plan.solver_status,
+        "solver_iterations": plan.iterations,
+        "predicted_end_enu_m": predicted[-1].tolist() if len(predicted) else _NO_VECTOR,
+    }

@@ -1,0 +1,83 @@
+"""Figures of merit of a flight.
+
+Tracking error is |y2* - y2|: the desired position minus the vehicle's, paired by the autopilot's
+time.  It is taken against the simulation's truth where there is one, and against the position that
+the autopilot reports in any case.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.report.flight_data import Array, FlightData
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorFigures:
+    """Of the distance between desired and actual position, m."""
+
+    mean_m: float
+    rms_m: float
+    max_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingFigures:
+    """How well a flight tracked; None where there is nothing to say."""
+
+    against_truth: ErrorFigures | None
+    as_reported: ErrorFigures | None
+    wind_peak_m_s2: float | None
+    """Greatest acceleration by wind while tracking was scored; None without a simulation."""
+
+
+def tracking_figures(data: FlightData, scored_s: tuple[float, float]) -> TrackingFigures:
+    """Score a flight between two times of the autopilot's clock."""
+    _, reported = reported_error(data, scored_s)
+    _, true = true_error(data, scored_s)
+    inside = _inside(data.truth.wind_time_s, scored_s)
+    wind = data.truth.wind_acceleration_m_s2[inside]
+    return TrackingFigures(
+        against_truth=_figures(true),
+        as_reported=_figures(reported),
+        wind_peak_m_s2=float(wind.max()) if len(wind) else None,
+    )
+
+
+def reported_error(data: FlightData, interval_s: tuple[float, float]) -> tuple[Array, Array]:
+    """Times and distances to the reference by the reported position."""
+    ticks = data.ticks
+    error: Array = np.linalg.norm(ticks.desired_enu_m - ticks.position_enu_m, axis=1)
+    use = _inside(ticks.time_s, interval_s) & np.isfinite(error)
+    return ticks.time_s[use], error[use]
+
+
+def true_error(data: FlightData, interval_s: tuple[float, float]) -> tuple[Array, Array]:
+    """Times and distances to the reference by the true position; empty without a truth."""
+    ticks, truth = data.ticks, data.truth
+    known = np.isfinite(ticks.desired_enu_m[:, 0])
+    use = _inside(truth.time_s, interval_s)
+    if not use.any() or not known.any():
+        return np.empty(0), np.empty(0)
+    times = truth.time_s[use]
+    desired = np.stack(
+        [np.interp(times, ticks.time_s[known], ticks.desired_enu_m[known, k]) for k in range(3)],
+        axis=1,
+    )
+    error: Array = np.linalg.norm(desired - truth.position_enu_m[use], axis=1)
+    return times, error
+
+
+def _inside(times_s: Array, interval_s: tuple[float, float]) -> np.ndarray:
+    inside: np.ndarray = (times_s >= interval_s[0]) & (times_s <= interval_s[1])
+    return inside
+
+
+def _figures(error_m: Array) -> ErrorFigures | None:
+    if not len(error_m):
+        return None
+    return ErrorFigures(
+        mean_m=float(error_m.mean()),
+        rms_m=float(np.sqrt((error_m**2).mean())),
+        max_m=float(error_m.max()),
+    )

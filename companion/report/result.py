@@ -1,0 +1,63 @@
+"""The result of a flight as one flat object: `result.json` and what `--json` prints."""
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from companion.config.models import MissionConfig
+from companion.flight.conduct import Outcome
+from companion.report.metrics import ErrorFigures, TrackingFigures
+
+
+def result_object(
+    mission: MissionConfig,
+    outcome: Outcome,
+    figures: TrackingFigures | None,
+    *,
+    wall_s: float,
+    log_dir: Path | None,
+) -> dict[str, Any]:
+    """Join outcome and figures; lengths are metres, rounded to a hundredth of a millimetre."""
+    reported = figures.as_reported if figures else None
+    best = (figures.against_truth if figures else None) or reported
+    wind_peak = figures.wind_peak_m_s2 if figures else None
+    return {
+        "trajectory": mission.trajectory,
+        "controller": mission.controller,
+        "wind": mission.wind if mission.connect is None else None,
+        "vehicle": mission.vehicle,
+        "seed": mission.seed,
+        "outcome": outcome.outcome,
+        "completed": outcome.completed,
+        "note": outcome.note,
+        "mean_tracking_error_m": _length(best, "mean_m"),
+        "rms_tracking_error_m": _length(best, "rms_m"),
+        "max_tracking_error_m": _length(best, "max_m"),
+        "reported_mean_tracking_error_m": _length(reported, "mean_m"),
+        "error_against": "truth" if figures and figures.against_truth else "reported position",
+        "fan_or_wind_peak_accel_m_s2": None if wind_peak is None else round(wind_peak, 3),
+        "ticks": outcome.ticks,
+        "missed_deadlines": outcome.missed_deadlines,
+        "fallbacks": outcome.fallbacks,
+        "r_max_active_share": round(outcome.r_max_active_share, 3),
+        "latency_ms": None if outcome.latency is None else asdict(outcome.latency),
+        "timer_noise_ms": None if outcome.timer_noise is None else asdict(outcome.timer_noise),
+        "flight_s": round(outcome.flight_s, 3),
+        "wall_s": round(wall_s, 3),
+        "log_dir": None if log_dir is None else str(log_dir),
+    }
+
+
+def _length(figures: ErrorFigures | None, key: str) -> float | None:
+    if figures is None:
+        return None
+    value = float(getattr(figures, key))
+    return round(value, 5) if math.isfinite(value) else None
+
+
+def write_result(folder: Path, result: dict[str, Any]) -> None:
+    """Write `result.json` beside the logs."""
+    text = json.dumps(result, indent=2, ensure_ascii=False)
+    (folder / "result.json").write_text(text + "\n", encoding="utf-8")
