@@ -1,0 +1,5 @@
+"""``python -m sitl_shim``."""
+
+from sitl_shim.cli import main
+
+main()

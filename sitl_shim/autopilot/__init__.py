@@ -1,0 +1,1 @@
+"""Autopilots in software: what they share, and one package per flavour."""

@@ -1,0 +1,66 @@
+"""The autopilots that the shim can play, by name.  A new flavour is registered here."""
+
+from collections.abc import Callable, Mapping
+
+from sitl_shim.autopilot.interface import Autopilot
+from sitl_shim.autopilot.px4.autopilot import Px4Autopilot
+from sitl_shim.autopilot.px4.parameters import scale_timeouts
+
+
+def _make_px4(
+    overrides: Mapping[str, float],
+    *,
+    seed: int,
+    origin_altitude_amsl_m: float,
+    airborne: bool,
+    speed: float,
+) -> Autopilot:
+    return Px4Autopilot(
+        scale_timeouts(overrides, speed),
+        seed=seed,
+        origin_altitude_amsl_m=origin_altitude_amsl_m,
+        airborne=airborne,
+    )
+
+
+_FLAVOURS: dict[str, Callable[..., Autopilot]] = {"px4": _make_px4}
+
+
+def flavours() -> tuple[str, ...]:
+    """Names of the flavours."""
+    return tuple(_FLAVOURS)
+
+
+def make_autopilot(
+    flavour: str,
+    overrides: Mapping[str, float],
+    *,
+    seed: int,
+    origin_altitude_amsl_m: float,
+    airborne: bool,
+    speed: float,
+) -> Autopilot:
+    """Make an autopilot of a flavour.
+
+    Args:
+        flavour: its name.
+        overrides: parameters that differ from its defaults.
+        seed: of what is random in its answers.
+        origin_altitude_amsl_m: altitude of the local frame's origin.
+        airborne: begin booted, armed and holding in the air.
+        speed: simulated seconds per second of a client's clock; time-outs that wait for a
+            client stretch with it.
+
+    Raises:
+        ValueError: there is no such flavour, or no such parameter.
+    """
+    make = _FLAVOURS.get(flavour)
+    if make is None:
+        raise ValueError(f"unknown autopilot {flavour!r}: there are {', '.join(_FLAVOURS)}")
+    return make(
+        overrides,
+        seed=seed,
+        origin_altitude_amsl_m=origin_altitude_amsl_m,
+        airborne=airborne,
+        speed=speed,
+    )

@@ -1,0 +1,195 @@
+"""What an autopilot is to the rest of the shim, whatever its flavour."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from sitl_shim.autopilot.parameters import ParameterStore
+from sitl_shim.frames import Quaternion, Vector3
+
+RotorCommands = tuple[float, float, float, float]
+"""Signals of the four rotors, 0 to 1, in PX4's order for a quad X."""
+
+TICK_S = 0.004
+"""Period of the control loop, of the plant and of the autopilot's clock."""
+TICK_US = 4_000
+TICK_RATE_HZ = 250.0
+
+
+class Motion(Protocol):
+    """What an autopilot knows of its motion: the estimator's output.  World ENU, body FLU."""
+
+    @property
+    def time_s(self) -> float:
+        """Of the estimate, since boot."""
+
+    @property
+    def position_enu_m(self) -> Vector3:
+        """In the local frame."""
+
+    @property
+    def velocity_enu_m_s(self) -> Vector3:
+        """Over ground."""
+
+    @property
+    def attitude_flu_to_enu(self) -> Quaternion:
+        """(w, x, y, z), unit norm."""
+
+    @property
+    def rate_flu_rad_s(self) -> Vector3:
+        """Body rates."""
+
+    @property
+    def acceleration_enu_m_s2(self) -> Vector3:
+        """Kinematic: 0 at rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command of MAVLink's command protocol (COMMAND_LONG, or COMMAND_INT brought to it)."""
+
+    command: int
+    """MAV_CMD."""
+    parameters: tuple[float, float, float, float, float, float, float]
+    """param1 to param7; NaN where the sender leaves the choice to the autopilot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Acknowledgement:
+    """One COMMAND_ACK that a command brings about."""
+
+    result: int
+    """MAV_RESULT."""
+    delay_us: int
+    """From the command's arrival to the acknowledgement."""
+
+
+@dataclass(frozen=True, slots=True)
+class StatusText:
+    """One text for the person at the ground station."""
+
+    severity: int
+    """MAV_SEVERITY."""
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class AttitudeTarget:
+    """An attitude or rate setpoint that came in.  World ENU, body FLU.
+
+    The fields hold what was sent, also where ``type_mask`` says to ignore it; NaN passes.
+    """
+
+    type_mask: int
+    """ATTITUDE_TARGET_TYPEMASK of MAVLink."""
+    attitude_flu_to_enu: Quaternion
+    """As sent: of any norm."""
+    rate_flu_rad_s: Vector3
+    thrust: float
+    """Collective, 0 to 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """Contents of HEARTBEAT."""
+
+    vehicle_type: int
+    autopilot: int
+    base_mode: int
+    custom_mode: int
+    system_status: int
+
+
+@dataclass(frozen=True, slots=True)
+class SensorHealth:
+    """The three bit sets of SYS_STATUS."""
+
+    present: int
+    enabled: int
+    health: int
+
+
+@dataclass(frozen=True, slots=True)
+class ModeInfo:
+    """One row of the table behind AVAILABLE_MODES."""
+
+    custom_mode: int
+    standard_mode: int
+    properties: int
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class PositionTarget:
+    """What the position controller is after; None where it is after nothing.  World ENU."""
+
+    position_enu_m: Vector3 | None
+    velocity_enu_m_s: Vector3 | None
+    acceleration_enu_m_s2: Vector3 | None
+    yaw_enu_rad: float
+
+
+class Autopilot(Protocol):
+    """One autopilot: it flies the vehicle and answers for its own state."""
+
+    parameters: ParameterStore
+
+    def step(self, time_us: int, motion: Motion) -> RotorCommands:
+        """Run one period of 4 ms and return the rotors' signals."""
+
+    def receive_command(self, command: Command) -> Sequence[Acknowledgement] | None:
+        """Carry out a command; None if this autopilot does not know it."""
+
+    def receive_attitude_target(self, target: AttitudeTarget) -> None:
+        """Take a setpoint."""
+
+    def take_texts(self) -> Sequence[StatusText]:
+        """Texts since the last call."""
+
+    @property
+    def heartbeat(self) -> Heartbeat:
+        """Contents of HEARTBEAT."""
+
+    @property
+    def intended_custom_mode(self) -> int:
+        """What the user asked for; in a failsafe it differs from what flies."""
+
+    @property
+    def standard_mode(self) -> int:
+        """MAV_STANDARD_MODE of what flies."""
+
+    @property
+    def available_modes(self) -> Sequence[ModeInfo]:
+        """Rows of AVAILABLE_MODES."""
+
+    @property
+    def sensor_health(self) -> SensorHealth:
+        """The bit sets of SYS_STATUS."""
+
+    @property
+    def landed_state(self) -> int:
+        """MAV_LANDED_STATE."""
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors may turn."""
+
+    @property
+    def home_enu_m(self) -> Vector3 | None:
+        """Home in the local frame, once it is known."""
+
+    @property
+    def home_attitude_flu_to_enu(self) -> Quaternion:
+        """Attitude when home was set."""
+
+    @property
+    def attitude_setpoint(self) -> tuple[Quaternion, Vector3, float]:
+        """Attitude FLU to ENU, rates FLU (rad/s) and collective thrust now commanded."""
+
+    @property
+    def position_target(self) -> PositionTarget | None:
+        """What the position controller is after; None while it is idle."""
+
+    @property
+    def rotor_commands(self) -> RotorCommands:
+        """Signals of the rotors, 0 to 1."""

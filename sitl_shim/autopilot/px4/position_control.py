@@ -1,0 +1,238 @@
+"""Position and velocity control: from a trajectory setpoint to attitude and thrust.
+
+PX4's cascade (src/modules/mc_pos_control/PositionControl): position P, velocity PID, then the
+acceleration is turned into a thrust vector with horizontal and vertical parts decoupled.
+"""
+
+import math
+from dataclasses import dataclass
+
+from sitl_shim.autopilot.filters import first_order_gain
+from sitl_shim.autopilot.interface import TICK_RATE_HZ, TICK_S, Motion
+from sitl_shim.autopilot.parameters import ParameterStore
+from sitl_shim.frames import Quaternion, Vector3
+
+_GRAVITY_M_S2 = 9.80665
+_VELOCITY_DERIVATIVE_CUTOFF_HZ = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectorySetpoint:
+    """Where to be and how fast to move.  World ENU; None: that part is not controlled."""
+
+    position_xy_m: tuple[float, float] | None
+    velocity_xy_m_s: tuple[float, float] | None
+    """Feed-forward when the position is given, else the setpoint itself."""
+    position_z_m: float | None
+    velocity_z_m_s: float
+    yaw_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class ControlOutput:
+    """What the position controller asks of the attitude controller."""
+
+    attitude_flu_to_enu: Quaternion
+    thrust: float
+    velocity_enu_m_s: Vector3
+    """Velocity setpoint, for telemetry."""
+    acceleration_enu_m_s2: Vector3
+
+
+class PositionControl:
+    """Cascaded position and velocity control."""
+
+    __slots__ = (
+        "_derivative",
+        "_derivative_gain",
+        "_hover",
+        "_integral",
+        "_last_velocity",
+        "_p_xy",
+        "_p_z",
+        "_thrust_max",
+        "_thrust_min",
+        "_tilt_max_rad",
+        "_velocity_max_down",
+        "_velocity_max_up",
+        "_velocity_max_xy",
+        "_velocity_xy_pid",
+        "_velocity_z_pid",
+    )
+
+    def __init__(self, parameters: ParameterStore) -> None:
+        self._integral = [0.0, 0.0, 0.0]
+        self._derivative = [0.0, 0.0, 0.0]
+        self._last_velocity: Vector3 | None = None
+        self._derivative_gain = first_order_gain(TICK_RATE_HZ, _VELOCITY_DERIVATIVE_CUTOFF_HZ)
+        self.configure(parameters)
+
+    def configure(self, parameters: ParameterStore) -> None:
+        """Read gains and limits anew."""
+        self._p_xy = parameters["MPC_XY_P"]
+        self._p_z = parameters["MPC_Z_P"]
+        self._velocity_xy_pid = (
+            parameters["MPC_XY_VEL_P_ACC"],
+            parameters["MPC_XY_VEL_I_ACC"],
+            parameters["MPC_XY_VEL_D_ACC"],
+        )
+        self._velocity_z_pid = (
+            parameters["MPC_Z_VEL_P_ACC"],
+            parameters["MPC_Z_VEL_I_ACC"],
+            parameters["MPC_Z_VEL_D_ACC"],
+        )
+        self._velocity_max_xy = parameters["MPC_XY_VEL_MAX"]
+        self._velocity_max_up = parameters["MPC_Z_VEL_MAX_UP"]
+        self._velocity_max_down = parameters["MPC_Z_VEL_MAX_DN"]
+        self._hover = parameters["MPC_THR_HOVER"]
+        self._thrust_min = parameters["MPC_THR_MIN"]
+        self._thrust_max = parameters["MPC_THR_MAX"]
+        self._tilt_max_rad = math.radians(parameters["MPC_TILTMAX_AIR"])
+
+    def reset(self) -> None:
+        """Forget the past: the controller has not been in charge."""
+        self._integral = [0.0, 0.0, 0.0]
+        self._derivative = [0.0, 0.0, 0.0]
+        self._last_velocity = None
+
+    def update(
+        self,
+        motion: Motion,
+        setpoint: TrajectorySetpoint,
+        *,
+        climb_limit_m_s: float,
+        tilt_limit_rad: float,
+        integrate: bool,
+    ) -> ControlOutput:
+        """One period of 4 ms.
+
+        Args:
+            motion: the estimate.
+            setpoint: where to be.
+            climb_limit_m_s: upper limit of the climb rate; negative holds the vehicle down.
+            tilt_limit_rad: tilt limit besides MPC_TILTMAX_AIR.
+            integrate: whether the integrators run; they are zero while they do not.
+        """
+        self._differentiate(motion.velocity_enu_m_s)
+        velocity_sp = self._velocity_setpoint(motion, setpoint, climb_limit_m_s)
+        acceleration_sp = self._acceleration_setpoint(
+            motion.velocity_enu_m_s, velocity_sp, setpoint
+        )
+        tilt_limit = min(tilt_limit_rad, self._tilt_max_rad)
+        thrust, body_z = self._thrust_vector(acceleration_sp, tilt_limit)
+        if integrate:
+            self._integrate(motion.velocity_enu_m_s, velocity_sp, setpoint, thrust)
+        else:
+            self._integral = [0.0, 0.0, 0.0]
+        return ControlOutput(
+            attitude_from_thrust_axis(body_z, setpoint.yaw_rad),
+            thrust,
+            velocity_sp,
+            acceleration_sp,
+        )
+
+    def _differentiate(self, velocity: Vector3) -> None:
+        last = self._last_velocity
+        if last is not None:
+            gain = self._derivative_gain
+            for i in range(3):
+                raw = (velocity[i] - last[i]) / TICK_S
+                self._derivative[i] += gain * (raw - self._derivative[i])
+        self._last_velocity = velocity
+
+    def _velocity_setpoint(
+        self, motion: Motion, setpoint: TrajectorySetpoint, climb_limit_m_s: float
+    ) -> Vector3:
+        x, y, z = motion.position_enu_m
+        vx, vy = setpoint.velocity_xy_m_s or (0.0, 0.0)
+        if setpoint.position_xy_m is not None:
+            vx += self._p_xy * (setpoint.position_xy_m[0] - x)
+            vy += self._p_xy * (setpoint.position_xy_m[1] - y)
+        speed = math.hypot(vx, vy)
+        if speed > self._velocity_max_xy:
+            vx *= self._velocity_max_xy / speed
+            vy *= self._velocity_max_xy / speed
+        vz = setpoint.velocity_z_m_s
+        if setpoint.position_z_m is not None:
+            vz += self._p_z * (setpoint.position_z_m - z)
+        vz = max(-self._velocity_max_down, min(self._velocity_max_up, vz))
+        return (vx, vy, min(vz, climb_limit_m_s))
+
+    def _acceleration_setpoint(
+        self, velocity: Vector3, velocity_sp: Vector3, setpoint: TrajectorySetpoint
+    ) -> Vector3:
+        p, _, d = self._velocity_xy_pid
+        pz, _, dz = self._velocity_z_pid
+        integral, derivative = self._integral, self._derivative
+        az = pz * (velocity_sp[2] - velocity[2]) + integral[2] - dz * derivative[2]
+        if setpoint.position_xy_m is None and setpoint.velocity_xy_m_s is None:
+            return (0.0, 0.0, az)
+        return (
+            p * (velocity_sp[0] - velocity[0]) + integral[0] - d * derivative[0],
+            p * (velocity_sp[1] - velocity[1]) + integral[1] - d * derivative[1],
+            az,
+        )
+
+    def _thrust_vector(self, acceleration: Vector3, tilt_limit_rad: float) -> tuple[float, Vector3]:
+        ax, ay, az = acceleration
+        horizontal = math.hypot(ax, ay)
+        tilt = min(math.atan2(horizontal, _GRAVITY_M_S2), tilt_limit_rad)
+        if horizontal > 1e-9:
+            scale = math.sin(tilt) / horizontal
+            body_z = (ax * scale, ay * scale, math.cos(tilt))
+        else:
+            body_z = (0.0, 0.0, 1.0)
+        vertical = self._hover * (1.0 + az / _GRAVITY_M_S2)
+        thrust = vertical / body_z[2]
+        return max(self._thrust_min, min(self._thrust_max, thrust)), body_z
+
+    def _integrate(
+        self,
+        velocity: Vector3,
+        velocity_sp: Vector3,
+        setpoint: TrajectorySetpoint,
+        thrust: float,
+    ) -> None:
+        _, i_xy, _ = self._velocity_xy_pid
+        _, i_z, _ = self._velocity_z_pid
+        error_z = velocity_sp[2] - velocity[2]
+        at_top = thrust >= self._thrust_max and error_z > 0.0
+        at_bottom = thrust <= self._thrust_min and error_z < 0.0
+        if not (at_top or at_bottom):
+            total = self._integral[2] + i_z * error_z * TICK_S
+            self._integral[2] = max(-_GRAVITY_M_S2, min(_GRAVITY_M_S2, total))
+        if setpoint.position_xy_m is None and setpoint.velocity_xy_m_s is None:
+            return
+        limit = _GRAVITY_M_S2 * math.tan(self._tilt_max_rad)
+        for i in (0, 1):
+            total = self._integral[i] + i_xy * (velocity_sp[i] - velocity[i]) * TICK_S
+            self._integral[i] = max(-limit, min(limit, total))
+
+
+def attitude_from_thrust_axis(body_z: Vector3, yaw_rad: float) -> Quaternion:
+    """Attitude, FLU to ENU, that points the body's z axis and heading.
+
+    Args:
+        body_z: the body's z axis in ENU, unit norm, not pointing straight down.
+        yaw_rad: where the body's x axis points, seen from above (ENU).
+    """
+    zx, zy, zz = body_z
+    # Shortest rotation from the world's z axis to body_z, after a turn by yaw about z; the yaw
+    # of the product is yaw_rad to second order in the tilt, so correct it by its own error.
+    norm = math.sqrt(2.0 * (1.0 + zz))
+    w, x, y = norm / 2.0, -zy / norm, zx / norm
+    # Heading of the tilted x axis when turned by `turn` beforehand: solve for the turn that
+    # makes it yaw_rad.  x axis = R_tilt (cos t, sin t, 0); its horizontal part must be along yaw.
+    r00, r01 = 1.0 - 2.0 * y * y, 2.0 * x * y
+    r10, r11 = 2.0 * x * y, 1.0 - 2.0 * x * x
+    cosine, sine = math.cos(yaw_rad), math.sin(yaw_rad)
+    # (r00 c + r01 s) sin(yaw) = (r10 c + r11 s) cos(yaw)
+    turn = math.atan2(r00 * sine - r10 * cosine, r11 * cosine - r01 * sine)
+    half_c, half_s = math.cos(turn / 2.0), math.sin(turn / 2.0)
+    return (w * half_c, x * half_c + y * half_s, y * half_c - x * half_s, w * half_s)
+
+
+def heading_of(flu_to_enu: Quaternion) -> float:
+    """Yaw (ENU, rad) of an attitude."""
+    w, x, y, z = flu_to_enu
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -1,0 +1,96 @@
+"""Drives the shim by an event loop's clock; real or virtual makes no difference."""
+
+import asyncio
+from collections.abc import Callable
+
+from sitl_shim.autopilot.interface import TICK_S
+from sitl_shim.mavlink.endpoint import Datagram, Shim
+
+_TICKS_AT_ONCE = 25
+"""After a stall, so many ticks are caught up before sockets are looked at again."""
+_MOST_BEHIND_S = 1.0
+"""A longer stall (a suspended process, a machine that is too slow) stops the boot clock."""
+
+Deliver = Callable[[int, bytes], None]
+"""Takes the index of a link and the bytes that its client receives."""
+
+
+class LoopDriver:
+    """Steps a shim at absolute deadlines of the running loop's clock.
+
+    Args:
+        shim: what is stepped.
+        speed: simulated seconds per second of the loop.
+        deliver: takes what clients receive, one MAVLink message per call.
+    """
+
+    def __init__(self, shim: Shim, *, speed: float, deliver: Deliver) -> None:
+        self._shim = shim
+        self._speed = speed
+        self._tick_s = TICK_S / speed
+        self._deliver = deliver
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._start = 0.0
+        self._tick = 0
+        self._timer: asyncio.TimerHandle | None = None
+        self._failed: asyncio.Future[None] | None = None
+
+    def receive(self, link: int, data: bytes) -> None:
+        """Take what a client sends, now; what comes before `run` is lost."""
+        if self._loop is not None:
+            self._shim.receive(link, data, (self._loop.time() - self._start) * self._speed)
+
+    async def run(self) -> None:
+        """Fly until cancelled; the shim's boot is the moment at which this starts."""
+        self._loop = loop = asyncio.get_running_loop()
+        self._failed = loop.create_future()
+        self._start = loop.time()
+        self._set_timer()
+        try:
+            await self._failed
+        finally:
+            if self._timer is not None:
+                self._timer.cancel()
+            self._loop = None
+
+    def _set_timer(self) -> None:
+        if self._loop is not None:
+            when = self._start + (self._tick + 1) * self._tick_s
+            self._timer = self._loop.call_at(when, self._on_time)
+
+    def _on_time(self) -> None:
+        loop = self._loop
+        if loop is None:
+            return
+        try:
+            for _ in range(_TICKS_AT_ONCE):
+                self._step(loop)
+                behind_s = loop.time() - (self._start + (self._tick + 1) * self._tick_s)
+                if behind_s < 0.0:
+                    break
+            else:
+                self._start += max(0.0, behind_s - _MOST_BEHIND_S)
+        except Exception as error:
+            if self._failed is not None and not self._failed.done():
+                self._failed.set_exception(error)
+            return
+        self._set_timer()
+
+    def _step(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._tick += 1
+        datagrams = self._shim.step()
+        if not datagrams:
+            return
+        # All that leaves at a tick arrives together.
+        due_s = datagrams[0].due_s
+        if due_s <= self._shim.time_s:
+            self._hand_over(datagrams)
+        else:
+            loop.call_at(self._start + due_s / self._speed, self._hand_over, datagrams)
+
+    def _hand_over(self, datagrams: list[Datagram]) -> None:
+        if self._loop is None:
+            return
+        deliver = self._deliver
+        for _, link, data in datagrams:
+            deliver(link, data)

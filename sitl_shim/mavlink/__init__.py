@@ -1,0 +1,1 @@
+"""The MAVLink side of the shim, without I/O: bytes in, bytes out."""

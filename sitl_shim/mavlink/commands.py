@@ -1,0 +1,107 @@
+"""The command protocol: every command is acknowledged, by the link or by the autopilot.
+
+https://mavlink.io/en/services/command.html
+"""
+
+import math
+from collections.abc import Iterator
+
+from sitl_shim.autopilot.interface import Command
+from sitl_shim.mavlink import messages_status as status
+from sitl_shim.mavlink.streams import (
+    AVAILABLE_MODES_ID,
+    REQUESTABLE,
+    TRUTH_BUILDERS,
+    StreamSet,
+)
+from sitl_shim.mavlink.wire import Message, dialect
+from sitl_shim.simulation import Simulation
+
+ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
+_GET_INTERVAL, _SET_INTERVAL, _REQUEST_MESSAGE = 510, 511, 512
+_REQUEST_PROTOCOL, _REQUEST_CAPABILITIES = 519, 520
+
+
+def command_of(message: Message) -> Command:
+    """The command that a COMMAND_LONG or COMMAND_INT carries."""
+    if message.get_type() == "COMMAND_LONG":
+        last = (message.param5, message.param6, message.param7)
+    else:
+        last = (float(message.x), float(message.y), message.z)
+    first = (message.param1, message.param2, message.param3, message.param4)
+    return Command(message.command, (*first, *last))
+
+
+def acknowledgement(request: Message, result: int) -> Message:
+    """COMMAND_ACK to whoever sent ``request``."""
+    return dialect.MAVLink_command_ack_message(
+        request.command, result, 0, 0, request.get_srcSystem(), request.get_srcComponent()
+    )
+
+
+def handle_link_command(
+    command: Command, streams: StreamSet, sim: Simulation
+) -> tuple[list[Message], int] | None:
+    """Commands about messages, which concern only the link that they came by.
+
+    Returns:
+        What to send before the acknowledgement, and its result; None if the command is not one
+        of these.
+    """
+    kind, wanted = command.command, _whole(command.parameters[0])
+    if kind == _SET_INTERVAL:
+        interval_us = _whole(command.parameters[1])
+        known = streams.set_interval(wanted, interval_us, sim.time_us)
+        return [], ACCEPTED if known else FAILED
+    if kind == _GET_INTERVAL:
+        interval = streams.interval_us(wanted)
+        if interval is None:
+            return [dialect.MAVLink_message_interval_message(wanted & 0xFFFF, 0)], ACCEPTED
+        return [dialect.MAVLink_message_interval_message(wanted, interval)], ACCEPTED
+    if kind == _REQUEST_MESSAGE:
+        return _request(wanted, _whole(command.parameters[1]), sim)
+    if kind == _REQUEST_CAPABILITIES and wanted == 1:
+        return [status.autopilot_version(sim)], ACCEPTED
+    if kind == _REQUEST_PROTOCOL and wanted == 1:
+        return [status.protocol_version(sim)], ACCEPTED
+    return None
+
+
+def handle_truth_command(
+    command: Command, streams: StreamSet, sim: Simulation
+) -> tuple[list[Message], int]:
+    """Commands to the component that sends the truth: its rates, nothing else."""
+    wanted = _whole(command.parameters[0])
+    if command.command == _SET_INTERVAL:
+        known = streams.set_interval(wanted, _whole(command.parameters[1]), sim.time_us)
+        return [], ACCEPTED if known else FAILED
+    if command.command == _REQUEST_MESSAGE:
+        builder = TRUTH_BUILDERS.get(wanted)
+        return ([builder(sim)], ACCEPTED) if builder else ([], DENIED)
+    return [], UNSUPPORTED
+
+
+def _request(wanted: int, index: int, sim: Simulation) -> tuple[list[Message], int]:
+    if wanted == AVAILABLE_MODES_ID:
+        rows = list(_mode_rows(index, sim))
+        return rows, ACCEPTED if rows else DENIED
+    builder = REQUESTABLE.get(wanted)
+    if builder is None:
+        return [], DENIED
+    message = builder(sim)
+    # Something that exists but has nothing to say yet is acknowledged all the same.
+    return ([] if message is None else [message]), ACCEPTED
+
+
+def _mode_rows(index: int, sim: Simulation) -> Iterator[Message]:
+    """Row ``index`` from 1 on; all of them for 0 (and for NaN)."""
+    indices = [index] if index > 0 else range(1, len(sim.autopilot.available_modes) + 1)
+    for row in indices:
+        message = status.available_modes(sim, row)
+        if message is not None:
+            yield message
+
+
+def _whole(value: float) -> int:
+    """A parameter that means a whole number; what is none counts as 0."""
+    return int(value) if math.isfinite(value) else 0

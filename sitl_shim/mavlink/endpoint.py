@@ -1,0 +1,230 @@
+"""The shim without I/O: bytes and times in, bytes and times out, one tick of 4 ms at a time."""
+
+from collections import deque
+from collections.abc import Sequence
+from itertools import islice
+from typing import NamedTuple
+
+from sitl_shim.autopilot.interface import AttitudeTarget
+from sitl_shim.frames import attitude_from_wire, swap_flu_frd
+from sitl_shim.mavlink import parameters
+from sitl_shim.mavlink.commands import (
+    UNSUPPORTED,
+    acknowledgement,
+    command_of,
+    handle_link_command,
+    handle_truth_command,
+)
+from sitl_shim.mavlink.link import AUTOPILOT_COMPONENT_ID, Link
+from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
+from sitl_shim.mavlink.statustext import status_messages
+from sitl_shim.mavlink.streams import LinkKind
+from sitl_shim.mavlink.wire import Message, dialect
+from sitl_shim.simulation import ShimOptions, Simulation
+
+LISTENS_FROM_US = 440_000
+"""Boot time from which PX4 answers and streams."""
+_PARAMETERS_PER_TICK = 4
+_GROUND_STATION = 6
+"""MAV_TYPE_GCS."""
+
+
+class Datagram(NamedTuple):
+    """Bytes on their way to a client."""
+
+    due_s: float
+    """Simulated time since boot at which they arrive."""
+    link: int
+    data: bytes
+
+
+class Shim:
+    """A simulated vehicle that speaks MAVLink on several links.
+
+    Transport delays apply to whole datagrams: what arrives is acted upon ``command_delay_s``
+    later, at the next tick; what is sent arrives ``telemetry_delay_s`` later.
+
+    Args:
+        options: what is simulated.
+        links: kind of each link.
+
+    Raises:
+        ValueError: an unknown vehicle, scenario, flavour or parameter.
+    """
+
+    def __init__(self, options: ShimOptions, links: Sequence[LinkKind]) -> None:
+        self.simulation = Simulation(options)
+        self._system_id = options.system_id
+        self._links = [
+            Link(
+                kind,
+                system_id=options.system_id,
+                truth=options.truth and kind is LinkKind.ONBOARD,
+            )
+            for kind in links
+        ]
+        vehicle = self.simulation.vehicle
+        self._command_delay_us = vehicle.command_delay_s * 1e6
+        self._telemetry_delay_s = vehicle.telemetry_delay_s
+        self._incoming: deque[tuple[float, int, bytes]] = deque()
+        self._text_id = 0
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time since boot."""
+        return self.simulation.time_us / 1e6
+
+    def receive(self, link: int, data: bytes, time_s: float) -> None:
+        """Take bytes that a client sent at a simulated time; times must not decrease."""
+        self._incoming.append((time_s * 1e6 + self._command_delay_us, link, data))
+
+    def step(self) -> list[Datagram]:
+        """Advance by one tick and return what leaves at it."""
+        sim = self.simulation
+        sim.sense()
+        # Half a microsecond, so that rounding in the driver's clock loses no tick.
+        now_us = sim.time_us + 0.5
+        incoming = self._incoming
+        while incoming and incoming[0][0] <= now_us:
+            _, link, data = incoming.popleft()
+            self._deliver(link, data)
+        sim.control()
+        return self._collect()
+
+    def _collect(self) -> list[Datagram]:
+        sim = self.simulation
+        if sim.time_us < LISTENS_FROM_US:
+            sim.autopilot.take_texts()
+            return []
+        due_s = sim.time_us / 1e6 + self._telemetry_delay_s
+        self._send_texts()
+        datagrams: list[Datagram] = []
+        for index, link in enumerate(self._links):
+            if link.parameter_list is not None:
+                self._send_parameters(link)
+            link.stream(sim)
+            if link.outgoing:
+                datagrams += [Datagram(due_s, index, frame) for frame in link.outgoing]
+                link.outgoing = []
+        return datagrams
+
+    def _send_texts(self) -> None:
+        now_us = self.simulation.time_us
+        for text in self.simulation.autopilot.take_texts():
+            for message in status_messages(text, self._text_id):
+                for link in self._links:
+                    if link.has_ground_station(now_us):
+                        link.send(message)
+            self._text_id = (self._text_id + 1) & 0xFFFF
+
+    @staticmethod
+    def _send_parameters(link: Link) -> None:
+        if link.parameter_list is None:
+            return
+        batch = list(islice(link.parameter_list, _PARAMETERS_PER_TICK))
+        for message in batch:
+            link.send(message)
+        if len(batch) < _PARAMETERS_PER_TICK:
+            link.parameter_list = None
+
+    # --- what comes in ---
+
+    def _deliver(self, index: int, data: bytes) -> None:
+        link = self._links[index]
+        booting = self.simulation.time_us < LISTENS_FROM_US
+        for message in link.parser.parse(data):
+            if not booting:
+                self._handle(index, link, message)
+
+    def _handle(self, index: int, link: Link, message: Message) -> None:
+        name = message.get_type()
+        if name == "SET_ATTITUDE_TARGET":  # by far the most frequent
+            if self._is_for(message, AUTOPILOT_COMPONENT_ID, any_system=True):
+                self.simulation.autopilot.receive_attitude_target(_attitude_target(message))
+        elif name == "HEARTBEAT":
+            if message.type == _GROUND_STATION:
+                link.note_ground_station(self.simulation.time_us)
+            self._forward(index, message)
+        elif name in ("COMMAND_LONG", "COMMAND_INT"):
+            self._handle_command(link, message)
+        elif name == "TIMESYNC":
+            if message.tc1 == 0:
+                now_ns = self.simulation.time_us * 1000
+                link.send(dialect.MAVLink_timesync_message(now_ns, message.ts1))
+        elif name == "PING":
+            if message.target_system == 0 and message.target_component == 0:
+                link.send(
+                    dialect.MAVLink_ping_message(
+                        message.time_usec,
+                        message.seq,
+                        message.get_srcSystem(),
+                        message.get_srcComponent(),
+                    )
+                )
+        elif name.startswith("PARAM_"):
+            self._handle_parameter(link, message, name)
+
+    def _is_for(self, message: Message, component: int, *, any_system: bool = False) -> bool:
+        """Whether a message is addressed to this system and component."""
+        system_fits = message.target_system == self._system_id or (
+            any_system and message.target_system == 0
+        )
+        return system_fits and message.target_component in (0, component)
+
+    def _handle_command(self, link: Link, message: Message) -> None:
+        sim = self.simulation
+        if message.target_system not in (0, self._system_id):
+            return
+        command = command_of(message)
+        if message.target_component == TRUTH_COMPONENT_ID:
+            replies, result = handle_truth_command(command, link.truth_streams, sim)
+            for reply in (*replies, acknowledgement(message, result)):
+                link.send_truth(reply)
+            return
+        if message.target_component not in (0, AUTOPILOT_COMPONENT_ID):
+            return
+        answer = handle_link_command(command, link.streams, sim)
+        if answer is not None:
+            replies, result = answer
+            for reply in (*replies, acknowledgement(message, result)):
+                link.send(reply)
+            return
+        acknowledgements = sim.autopilot.receive_command(command)
+        if acknowledgements is None:
+            link.send(acknowledgement(message, UNSUPPORTED))
+            return
+        for ack in acknowledgements:
+            due_us = sim.time_us + ack.delay_us
+            link.send_later(acknowledgement(message, ack.result), due_us)
+
+    def _handle_parameter(self, link: Link, message: Message, name: str) -> None:
+        store = self.simulation.autopilot.parameters
+        if name == "PARAM_REQUEST_LIST":
+            if self._is_for(message, AUTOPILOT_COMPONENT_ID, any_system=True):
+                link.parameter_list = parameters.list_all(store)
+        elif name == "PARAM_REQUEST_READ":
+            if self._is_for(message, AUTOPILOT_COMPONENT_ID):
+                link.send(parameters.read(store, message))
+        elif name == "PARAM_SET" and self._is_for(message, AUTOPILOT_COMPONENT_ID):
+            reply, taken = parameters.write(store, message)
+            link.send(reply)
+            if taken:  # every other link hears of the change, too
+                for other in self._links:
+                    if other is not link:
+                        other.send(reply)
+
+    def _forward(self, index: int, message: Message) -> None:
+        """Pass a heartbeat on to the other links, as PX4 does with what is for everybody."""
+        for other_index, other in enumerate(self._links):
+            if other_index != index:
+                other.outgoing.append(bytes(message.get_msgbuf()))
+
+
+def _attitude_target(message: Message) -> AttitudeTarget:
+    w, x, y, z = message.q
+    return AttitudeTarget(
+        message.type_mask,
+        attitude_from_wire((w, x, y, z)),
+        swap_flu_frd((message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)),
+        message.thrust,
+    )

@@ -1,0 +1,229 @@
+"""Messages about how the vehicle moves and is made to move, from the autopilot's estimate.
+
+Field meanings: https://mavlink.io/en/messages/common.html.  World NED, body FRD on the wire.
+"""
+
+import math
+
+from sitl_shim.frames import (
+    Vector3,
+    attitude_to_wire,
+    euler_from_quaternion,
+    rotate_inverse,
+    swap_enu_ned,
+    swap_flu_frd,
+)
+from sitl_shim.mavlink.geodesy import global_position
+from sitl_shim.mavlink.wire import Message, dialect
+from sitl_shim.simulation import Simulation
+
+_NAN = math.nan
+_GRAVITY_M_S2 = 9.80665
+_FRAME_LOCAL_NED = 1
+_ESTIMATOR_AUTOPILOT = 8
+_POSE_COVARIANCE = [_NAN] * 21
+for _place, _variance in {0: 1e-4, 6: 1e-4, 11: 1e-4, 15: 1e-4, 18: 1e-4, 20: 1e-3}.items():
+    _POSE_COVARIANCE[_place] = _variance  # the diagonal; PX4 leaves the rest NaN
+_VELOCITY_COVARIANCE = [_NAN] * 21
+for _place in (0, 6, 11):
+    _VELOCITY_COVARIANCE[_place] = 1e-3
+_FIELD_NED_GAUSS: Vector3 = (0.2163, 0.0103, 0.4304)
+"""Earth's magnetic field at the origin."""
+_TYPE_MASK_NOTHING = 63
+_TYPE_MASK_NO_POSITION = 7
+
+
+def attitude(sim: Simulation) -> Message:
+    """ATTITUDE (30)."""
+    estimate = sim.estimate
+    roll, pitch, yaw = euler_from_quaternion(attitude_to_wire(estimate.attitude_flu_to_enu))
+    p, q, r = swap_flu_frd(estimate.rate_flu_rad_s)
+    return dialect.MAVLink_attitude_message(sim.time_ms, roll, pitch, yaw, p, q, r)
+
+
+def attitude_quaternion(sim: Simulation) -> Message:
+    """ATTITUDE_QUATERNION (31)."""
+    estimate = sim.estimate
+    w, x, y, z = attitude_to_wire(estimate.attitude_flu_to_enu)
+    p, q, r = swap_flu_frd(estimate.rate_flu_rad_s)
+    return dialect.MAVLink_attitude_quaternion_message(sim.time_ms, w, x, y, z, p, q, r)
+
+
+def local_position_ned(sim: Simulation) -> Message:
+    """LOCAL_POSITION_NED (32)."""
+    x, y, z = swap_enu_ned(sim.estimate.position_enu_m)
+    vx, vy, vz = swap_enu_ned(sim.estimate.velocity_enu_m_s)
+    return dialect.MAVLink_local_position_ned_message(sim.time_ms, x, y, z, vx, vy, vz)
+
+
+def odometry(sim: Simulation) -> Message:
+    """ODOMETRY (331) as PX4 sends it: child_frame_id is the world's too, velocity is NED."""
+    estimate = sim.estimate
+    x, y, z = swap_enu_ned(estimate.position_enu_m)
+    vx, vy, vz = swap_enu_ned(estimate.velocity_enu_m_s)
+    p, q, r = swap_flu_frd(estimate.rate_flu_rad_s)
+    return dialect.MAVLink_odometry_message(
+        sim.time_us,
+        _FRAME_LOCAL_NED,
+        _FRAME_LOCAL_NED,
+        x,
+        y,
+        z,
+        attitude_to_wire(estimate.attitude_flu_to_enu),
+        vx,
+        vy,
+        vz,
+        p,
+        q,
+        r,
+        _POSE_COVARIANCE,
+        _VELOCITY_COVARIANCE,
+        0,
+        _ESTIMATOR_AUTOPILOT,
+        0,
+    )
+
+
+def global_position_int(sim: Simulation) -> Message:
+    """GLOBAL_POSITION_INT (33)."""
+    estimate = sim.estimate
+    latitude, longitude, altitude_mm = global_position(sim.origin, estimate.position_enu_m)
+    vx, vy, vz = swap_enu_ned(estimate.velocity_enu_m_s)
+    return dialect.MAVLink_global_position_int_message(
+        sim.time_ms,
+        latitude,
+        longitude,
+        altitude_mm,
+        round(_height_above_home_m(sim) * 1000.0),
+        _int16(vx * 100.0),
+        _int16(vy * 100.0),
+        _int16(vz * 100.0),
+        round(_heading_deg(sim) * 100.0) % 36000,
+    )
+
+
+def gps_raw_int(sim: Simulation) -> Message:
+    """GPS_RAW_INT (24): a good fix at the estimated position."""
+    estimate = sim.estimate
+    latitude, longitude, altitude_mm = global_position(sim.origin, estimate.position_enu_m)
+    east, north, _ = estimate.velocity_enu_m_s
+    speed = math.hypot(east, north)
+    course_deg = math.degrees(math.atan2(east, north)) % 360.0
+    return dialect.MAVLink_gps_raw_int_message(
+        sim.time_us,
+        3,  # a three-dimensional fix
+        latitude,
+        longitude,
+        altitude_mm,
+        70,  # dilution of precision, times 100
+        80,
+        min(65535, round(speed * 100.0)),
+        round(course_deg * 100.0) % 36000,
+        16,  # satellites
+        altitude_mm,
+        900,  # accuracies, mm and mm/s
+        1780,
+        250,
+        0,
+        0,
+    )
+
+
+def highres_imu(sim: Simulation) -> Message:
+    """HIGHRES_IMU (105)."""
+    estimate = sim.estimate
+    frd_to_ned = attitude_to_wire(estimate.attitude_flu_to_enu)
+    ax, ay, az = swap_enu_ned(estimate.acceleration_enu_m_s2)
+    force = rotate_inverse(frd_to_ned, (ax, ay, az - _GRAVITY_M_S2))
+    gyro = swap_flu_frd(estimate.rate_flu_rad_s)
+    field = rotate_inverse(frd_to_ned, _FIELD_NED_GAUSS)
+    altitude_m = sim.origin.altitude_amsl_m + estimate.position_enu_m[2]
+    pressure_hpa = 1013.25 * (1.0 - 2.25577e-5 * altitude_m) ** 5.25588
+    return dialect.MAVLink_highres_imu_message(
+        sim.time_us, *force, *gyro, *field, pressure_hpa, 0.0, altitude_m, 15.0, 63, 0
+    )
+
+
+def altitude(sim: Simulation) -> Message:
+    """ALTITUDE (141)."""
+    up = sim.estimate.position_enu_m[2]
+    amsl = sim.origin.altitude_amsl_m + up
+    relative = _height_above_home_m(sim)
+    return dialect.MAVLink_altitude_message(sim.time_us, amsl, amsl, up, relative, _NAN, relative)
+
+
+def vfr_hud(sim: Simulation) -> Message:
+    """VFR_HUD (74)."""
+    east, north, climb = sim.estimate.velocity_enu_m_s
+    _, _, thrust = sim.autopilot.attitude_setpoint
+    throttle = max(0.0, min(1.0, thrust)) if sim.autopilot.armed else 0.0
+    return dialect.MAVLink_vfr_hud_message(
+        _NAN,
+        math.hypot(east, north),
+        round(_heading_deg(sim)) % 360,
+        round(throttle * 100.0) if throttle == throttle else 0,
+        sim.origin.altitude_amsl_m + sim.estimate.position_enu_m[2],
+        climb,
+    )
+
+
+def attitude_target(sim: Simulation) -> Message:
+    """ATTITUDE_TARGET (83): what the attitude controller follows."""
+    setpoint, rates, thrust = sim.autopilot.attitude_setpoint
+    p, q, r = swap_flu_frd(rates)
+    return dialect.MAVLink_attitude_target_message(
+        sim.time_ms, 0, attitude_to_wire(setpoint), p, q, r, thrust
+    )
+
+
+def position_target_local_ned(sim: Simulation) -> Message:
+    """POSITION_TARGET_LOCAL_NED (85): NaN while position control is idle."""
+    target = sim.autopilot.position_target
+    idle = (_NAN, _NAN, _NAN)
+    if target is None:
+        yaw = math.radians(_heading_deg(sim))
+        position, velocity, acceleration = idle, idle, (0.0, 0.0, 100.0)
+        mask = _TYPE_MASK_NOTHING
+    else:
+        position = swap_enu_ned(target.position_enu_m) if target.position_enu_m else idle
+        velocity = swap_enu_ned(target.velocity_enu_m_s) if target.velocity_enu_m_s else idle
+        acceleration = (
+            swap_enu_ned(target.acceleration_enu_m_s2) if target.acceleration_enu_m_s2 else idle
+        )
+        yaw = math.pi / 2.0 - target.yaw_enu_rad
+        mask = 0 if target.position_enu_m else _TYPE_MASK_NO_POSITION
+    return dialect.MAVLink_position_target_local_ned_message(
+        sim.time_ms,
+        _FRAME_LOCAL_NED,
+        mask,
+        *position,
+        *velocity,
+        *acceleration,
+        math.remainder(yaw, 2.0 * math.pi),
+        0.0,
+    )
+
+
+def servo_output_raw(sim: Simulation) -> Message:
+    """SERVO_OUTPUT_RAW (36): 900 disarmed, 1000 to 2000 armed."""
+    low = 900
+    if sim.autopilot.armed:
+        rotors = [round(1000.0 + 1000.0 * signal) for signal in sim.autopilot.rotor_commands]
+    else:
+        rotors = [low] * 4
+    return dialect.MAVLink_servo_output_raw_message(sim.time_us, 0, *rotors, *([low] * 12))
+
+
+def _height_above_home_m(sim: Simulation) -> float:
+    home = sim.autopilot.home_enu_m
+    return sim.estimate.position_enu_m[2] - (home[2] if home else 0.0)
+
+
+def _heading_deg(sim: Simulation) -> float:
+    """Clockwise from north, 0 to 360."""
+    yaw = euler_from_quaternion(attitude_to_wire(sim.estimate.attitude_flu_to_enu))[2]
+    return math.degrees(yaw) % 360.0
+
+
+def _int16(value: float) -> int:
+    return max(-32768, min(32767, round(value)))

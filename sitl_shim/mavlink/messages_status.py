@@ -1,0 +1,166 @@
+"""Messages about what the vehicle is and what state it is in.
+
+Field meanings: https://mavlink.io/en/messages/common.html.
+"""
+
+import math
+
+from sitl_shim.frames import attitude_to_wire, swap_enu_ned
+from sitl_shim.mavlink.geodesy import global_position
+from sitl_shim.mavlink.protocol_version import ProtocolVersion
+from sitl_shim.mavlink.wire import Message, dialect
+from sitl_shim.simulation import Simulation
+
+_MAVLINK_VERSION = 3
+_CAPABILITIES = 0xE8FF
+_FLIGHT_SW_VERSION = 17891392
+_UID = 5283920058631409231
+_EPOCH_UNIX_US = 1_767_225_600_000_000
+"""Wall time of every boot, the beginning of 2026: a simulation has no business with today."""
+_ESTIMATOR_ALL_GOOD = 1023
+
+
+def heartbeat(sim: Simulation) -> Message:
+    """HEARTBEAT (0)."""
+    beat = sim.autopilot.heartbeat
+    return dialect.MAVLink_heartbeat_message(
+        beat.vehicle_type,
+        beat.autopilot,
+        beat.base_mode,
+        beat.custom_mode,
+        beat.system_status,
+        _MAVLINK_VERSION,
+    )
+
+
+def sys_status(sim: Simulation) -> Message:
+    """SYS_STATUS (1)."""
+    sensors = sim.autopilot.sensor_health
+    return dialect.MAVLink_sys_status_message(
+        sensors.present,
+        sensors.enabled,
+        sensors.health,
+        180,  # load, per mille
+        round(sim.state.battery_voltage_v * 1000.0),
+        -1,  # current is not measured
+        _battery_percent(sim),
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        1,
+    )
+
+
+def battery_status(sim: Simulation) -> Message:
+    """BATTERY_STATUS (147)."""
+    millivolts = round(sim.state.battery_voltage_v * 1000.0)
+    return dialect.MAVLink_battery_status_message(
+        0,
+        1,  # for all flight systems
+        1,  # lithium polymer
+        32767,
+        [millivolts, *([65535] * 9)],
+        -1,
+        -1,
+        -1,
+        _battery_percent(sim),
+        0,
+        1,
+    )
+
+
+def system_time(sim: Simulation) -> Message:
+    """SYSTEM_TIME (2)."""
+    return dialect.MAVLink_system_time_message(_EPOCH_UNIX_US + sim.time_us, sim.time_ms)
+
+
+def extended_sys_state(sim: Simulation) -> Message:
+    """EXTENDED_SYS_STATE (245)."""
+    return dialect.MAVLink_extended_sys_state_message(0, sim.autopilot.landed_state)
+
+
+def current_mode(sim: Simulation) -> Message:
+    """CURRENT_MODE (436)."""
+    autopilot = sim.autopilot
+    return dialect.MAVLink_current_mode_message(
+        autopilot.standard_mode,
+        autopilot.heartbeat.custom_mode,
+        autopilot.intended_custom_mode,
+    )
+
+
+def available_modes(sim: Simulation, index: int) -> Message | None:
+    """AVAILABLE_MODES (435) of one row, counted from 1; None past the end."""
+    rows = sim.autopilot.available_modes
+    if not 1 <= index <= len(rows):
+        return None
+    row = rows[index - 1]
+    return dialect.MAVLink_available_modes_message(
+        len(rows), index, row.standard_mode, row.custom_mode, row.properties, row.name.encode()
+    )
+
+
+def home_position(sim: Simulation) -> Message | None:
+    """HOME_POSITION (242); None until home is known."""
+    home = sim.autopilot.home_enu_m
+    if home is None:
+        return None
+    latitude, longitude, altitude_mm = global_position(sim.origin, home)
+    x, y, z = swap_enu_ned(home)
+    q = attitude_to_wire(sim.autopilot.home_attitude_flu_to_enu)
+    return dialect.MAVLink_home_position_message(
+        latitude, longitude, altitude_mm, x, y, z, q, 0.0, 0.0, 0.0, sim.time_us
+    )
+
+
+def gps_global_origin(sim: Simulation) -> Message:
+    """GPS_GLOBAL_ORIGIN (49)."""
+    latitude, longitude, altitude_mm = global_position(sim.origin, (0.0, 0.0, 0.0))
+    return dialect.MAVLink_gps_global_origin_message(latitude, longitude, altitude_mm, sim.time_us)
+
+
+def estimator_status(sim: Simulation) -> Message:
+    """ESTIMATOR_STATUS (230)."""
+    return dialect.MAVLink_estimator_status_message(
+        sim.time_us, _ESTIMATOR_ALL_GOOD, 0.01, 0.04, 0.02, 0.07, 0.0, math.nan, 0.29, 0.06
+    )
+
+
+def vibration(sim: Simulation) -> Message:
+    """VIBRATION (241): that of rotors that are in balance."""
+    turning = 1.0 if sim.autopilot.armed else 0.1
+    return dialect.MAVLink_vibration_message(
+        sim.time_us, 0.0, 0.1 * turning, 1.4 * turning, 0, 0, 0
+    )
+
+
+def autopilot_version(_: Simulation) -> Message:
+    """AUTOPILOT_VERSION (148)."""
+    nothing = bytes(8)
+    return dialect.MAVLink_autopilot_version_message(
+        _CAPABILITIES,
+        _FLIGHT_SW_VERSION,
+        _FLIGHT_SW_VERSION,
+        0,
+        1,
+        nothing,
+        nothing,
+        nothing,
+        0,
+        0,
+        _UID,
+    )
+
+
+def protocol_version(_: Simulation) -> Message:
+    """PROTOCOL_VERSION (300)."""
+    return ProtocolVersion()
+
+
+def _battery_percent(sim: Simulation) -> int:
+    return max(0, min(100, round(sim.state.battery_remaining * 100.0)))

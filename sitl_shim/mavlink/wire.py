@@ -1,0 +1,54 @@
+"""The one place that touches pymavlink: packing and parsing MAVLink 2, without I/O.
+
+The dialect is ``all``: ``common`` lacks CURRENT_MODE and AVAILABLE_MODES.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+from pymavlink.dialects.v20 import all as dialect
+
+__all__ = ["Message", "Packer", "Parser", "dialect"]
+
+Message = Any
+"""A MAVLink message of the generated dialect; pymavlink is untyped."""
+
+_BAD_DATA = "BAD_DATA"
+_UNKNOWN_PREFIX = "UNKNOWN"
+
+
+class Packer:
+    """Packs messages of one system and component, numbering them.
+
+    Args:
+        system_id: of the sender.
+        component_id: of the sender.
+    """
+
+    __slots__ = ("_mavlink",)
+
+    def __init__(self, system_id: int, component_id: int) -> None:
+        self._mavlink = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+
+    def pack(self, message: Message) -> bytes:
+        """One message as one MAVLink 2 frame."""
+        frame: bytes = message.pack(self._mavlink)
+        self._mavlink.seq = (self._mavlink.seq + 1) & 0xFF
+        return frame
+
+
+class Parser:
+    """Finds messages in bytes; noise between them is skipped, never raised."""
+
+    __slots__ = ("_mavlink",)
+
+    def __init__(self) -> None:
+        self._mavlink = dialect.MAVLink(None)
+        self._mavlink.robust_parsing = True
+
+    def parse(self, data: bytes) -> Iterator[Message]:
+        """Messages that are complete with ``data``, unknown ones and noise left out."""
+        for message in self._mavlink.parse_buffer(data) or ():
+            name = message.get_type()
+            if name != _BAD_DATA and not name.startswith(_UNKNOWN_PREFIX):
+                yield message

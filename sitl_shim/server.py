@@ -1,0 +1,146 @@
+"""The shim on UDP: one socket per link, with PX4's ports by default.
+
+PX4 speaks first, to a default port of the client's; the first datagram that comes in fixes the
+client's address for good.
+"""
+
+import asyncio
+import contextlib
+import errno
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from sitl_shim.driver import LoopDriver
+from sitl_shim.mavlink.endpoint import Shim
+from sitl_shim.mavlink.streams import LinkKind
+from sitl_shim.simulation import ShimOptions
+
+GROUND_STATION_PORT, GROUND_STATION_REMOTE = 18570, 14550
+ONBOARD_PORT, ONBOARD_REMOTE = 14580, 14540
+LOOPBACK = "127.0.0.1"
+
+Address = tuple[str, int]
+
+
+class PortError(OSError):
+    """A port cannot be bound; the text says which, why, and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class UdpLink:
+    """One link over UDP."""
+
+    kind: LinkKind
+    port: int
+    """To bind; 0 takes any free one."""
+    remote_port: int
+    """Where to speak until a client has spoken."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoundLink:
+    """A link whose socket is open."""
+
+    kind: LinkKind
+    local: Address
+    remote: Address
+
+
+def default_links(instance: int = 0) -> tuple[UdpLink, UdpLink]:
+    """PX4's two links: the ground station's and the onboard one."""
+    return (
+        UdpLink(LinkKind.GROUND_STATION, GROUND_STATION_PORT + instance, GROUND_STATION_REMOTE),
+        UdpLink(LinkKind.ONBOARD, ONBOARD_PORT + instance, ONBOARD_REMOTE + instance),
+    )
+
+
+class _Endpoint(asyncio.DatagramProtocol):
+    """One socket, which latches onto its first peer."""
+
+    def __init__(self, remote: Address, receive: Callable[[bytes], None]) -> None:
+        self._remote = remote
+        self._receive = receive
+        self._latched = False
+        self._transport: asyncio.DatagramTransport | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        if isinstance(transport, asyncio.DatagramTransport):
+            self._transport = transport
+
+    def datagram_received(self, data: bytes, addr: Address) -> None:
+        if not self._latched:
+            self._latched = True
+            self._remote = addr
+        self._receive(data)
+
+    def error_received(self, exc: Exception) -> None:
+        """Nobody listens yet: PX4 does not mind either."""
+
+    def send(self, data: bytes) -> None:
+        if self._transport is not None:
+            self._transport.sendto(data, self._remote)
+
+
+async def serve(
+    options: ShimOptions,
+    links: Sequence[UdpLink],
+    *,
+    host: str = LOOPBACK,
+    ready: Callable[[Sequence[BoundLink]], None] = lambda _: None,
+) -> None:
+    """Fly until cancelled, answering over UDP.
+
+    Args:
+        options: what is simulated.
+        links: the links to open.
+        host: address to bind, and to speak to until a client has spoken.
+        ready: called once with the open links, before the first datagram leaves.
+
+    Raises:
+        ValueError: an unknown vehicle, scenario, flavour or parameter.
+        PortError: a port is taken or may not be bound.
+    """
+    loop = asyncio.get_running_loop()
+    shim = Shim(options, [link.kind for link in links])
+    endpoints: list[_Endpoint] = []
+    driver = LoopDriver(
+        shim,
+        speed=options.speed,
+        deliver=lambda index, data: endpoints[index].send(data),
+    )
+    async with contextlib.AsyncExitStack() as stack:
+        bound: list[BoundLink] = []
+        for index, link in enumerate(links):
+            remote = (host, link.remote_port)
+            transport, endpoint = await _open(loop, host, link, remote, driver, index)
+            stack.callback(transport.close)
+            endpoints.append(endpoint)
+            local = transport.get_extra_info("sockname")
+            bound.append(BoundLink(link.kind, (local[0], local[1]), remote))
+        ready(bound)
+        await driver.run()
+
+
+async def _open(
+    loop: asyncio.AbstractEventLoop,
+    host: str,
+    link: UdpLink,
+    remote: Address,
+    driver: LoopDriver,
+    index: int,
+) -> tuple[asyncio.DatagramTransport, _Endpoint]:
+    try:
+        return await loop.create_datagram_endpoint(
+            lambda: _Endpoint(remote, lambda data: driver.receive(index, data)),
+            local_addr=(host, link.port),
+        )
+    except OSError as error:
+        what = f"UDP port {link.port} on {host} (the {link.kind.value} link)"
+        if error.errno == errno.EADDRINUSE:
+            reason = (
+                f"{what} is in use: another autopilot or shim is running. Stop it, or choose"
+                " other ports (--instance, or the link's port option; 0 takes a free one)"
+            )
+        else:
+            reason = f"{what} cannot be bound: {error.strerror or error}"
+        raise PortError(error.errno, reason) from error

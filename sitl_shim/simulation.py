@@ -1,0 +1,97 @@
+"""The simulated vehicle: plant, estimator and autopilot, stepped together at 250 Hz."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from sitl_shim.autopilot.flavours import make_autopilot
+from sitl_shim.autopilot.interface import TICK_S, TICK_US, Autopilot
+from sitl_shim.frames import Vector3
+from sitl_shim.plant.quadrotor import Plant
+from sitl_shim.plant.state import PlantState
+from sitl_shim.plant.vehicle import VehicleModel, load_vehicle
+from sitl_shim.sensors.estimator import Estimate, Estimator
+from sitl_shim.sensors.profile import load_profile
+from sitl_shim.wind import load_scenario, make_wind
+
+
+@dataclass(frozen=True, slots=True)
+class ShimOptions:
+    """What is simulated, and as which MAVLink system it answers."""
+
+    autopilot: str = "px4"
+    """Flavour, see `sitl_shim.autopilot.flavours`."""
+    vehicle: str | Path = "bebop2"
+    """Name of a vehicle, or path of a vehicle file."""
+    scenario: str | Path = "calm"
+    """Name of a wind scenario, or path of a scenario file."""
+    seed: int = 0
+    """Draws everything that is random."""
+    system_id: int = 1
+    """MAVLink system id of the vehicle."""
+    speed: float = 1.0
+    """Simulated seconds per second of the driver's clock."""
+    airborne_at_enu_m: Vector3 | None = None
+    """Begin booted, armed and holding there, instead of standing at the origin."""
+    parameters: dict[str, float] = field(default_factory=dict)
+    """Autopilot parameters that differ from the vehicle's, by name."""
+    truth: bool = True
+    """Whether the simulator's truth is streamed (from component 240) on the onboard link."""
+
+
+@dataclass(frozen=True, slots=True)
+class GlobalOrigin:
+    """Where on Earth the local frame's origin is."""
+
+    latitude_deg: float = 47.3977418
+    longitude_deg: float = 8.5455938
+    altitude_amsl_m: float = 489.4
+
+
+class Simulation:
+    """One vehicle under its autopilot.
+
+    Raises:
+        ValueError: an unknown vehicle, scenario, flavour or parameter; the text says which
+            and what there is.
+    """
+
+    def __init__(self, options: ShimOptions) -> None:
+        self.vehicle: VehicleModel = load_vehicle(options.vehicle)
+        wind = make_wind(load_scenario(options.scenario), seed=options.seed)
+        airborne = options.airborne_at_enu_m
+        self._plant = Plant(
+            self.vehicle, wind, seed=options.seed, step_s=TICK_S, airborne_at_enu_m=airborne
+        )
+        profile = load_profile(self.vehicle.sensor_profile)
+        self._estimator = Estimator(profile, self.vehicle, seed=options.seed)
+        self.origin = GlobalOrigin()
+        self.autopilot: Autopilot = make_autopilot(
+            options.autopilot,
+            self.vehicle.autopilot_parameters | options.parameters,
+            seed=options.seed,
+            origin_altitude_amsl_m=self.origin.altitude_amsl_m,
+            airborne=airborne is not None,
+            speed=options.speed,
+        )
+        self.time_us = 0
+        """Time since boot, µs: a multiple of 4000."""
+        self.state: PlantState = self._plant.state
+        """The truth now."""
+        self.estimate: Estimate = self._estimator.update(self.state)
+        """What the autopilot believes now."""
+        self._commands = self.autopilot.step(0, self.estimate)
+
+    @property
+    def time_ms(self) -> int:
+        """Time since boot, ms."""
+        return self.time_us // 1000
+
+    def sense(self) -> None:
+        """Advance by 4 ms: the plant under the last commands, then the estimate."""
+        self.time_us += TICK_US
+        self.state = self._plant.step(self._commands)
+        self.estimate = self._estimator.update(self.state)
+
+    def control(self) -> None:
+        """Let the autopilot act on the estimate; belongs after each `sense`."""
+        self._commands = self.autopilot.step(self.time_us, self.estimate)
