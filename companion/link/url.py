@@ -31,7 +31,10 @@ def parse_link_url(text: str) -> LinkUrl:
     Raises:
         LinkError: it is something else.
     """
-    parts = urlsplit(text.strip())
+    try:
+        parts = urlsplit(text.strip())
+    except ValueError as error:
+        raise LinkError(f"The link address {text!r} is wrong: {error}; {_HELP}.") from error
     if parts.scheme not in SCHEMES:
         named = f"has the scheme {parts.scheme!r}" if parts.scheme else "has no scheme"
         raise LinkError(f"The link address {text!r} {named}, which is none of ours; {_HELP}.")

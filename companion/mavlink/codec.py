@@ -55,7 +55,7 @@ def _field_places(message_id: int) -> tuple[int | slice, ...]:
     )
 
 
-def encode(name: str, **fields: Any) -> Outgoing:  # noqa: ANN401 - fields differ by message
+def encode(name: str, /, **fields: Any) -> Outgoing:  # noqa: ANN401 - fields differ by message
     """Make any message of the dialect from its fields (texts as bytes, arrays as sequences).
 
     For messages that are sent often or early there are functions in `messages`, `commands` and

@@ -2,8 +2,9 @@
 
 Packet layout: https://mavlink.io/en/guide/serialization.html.  For ids whose CRC_EXTRA is known
 the CRC decides whether bytes are a frame.  For other ids the CRC still has to be one of the 256
-(of 65,536) values that *some* CRC_EXTRA could give.  Bytes that are no frame are skipped one at
-a time, so that a false start in noise never swallows a true frame behind it.
+(of 65,536) values that *some* CRC_EXTRA could give, and no known frame may lie inside.  Bytes
+that are no frame are skipped one at a time, so that a false start in noise never swallows a true
+frame behind it.
 """
 
 from dataclasses import dataclass, field
@@ -139,6 +140,12 @@ class Framer:
                 position += 1
                 continue
             if message_id not in CRC_EXTRA:
+                if message_id not in _ALL_CRC_EXTRA:
+                    inside = _known_frame_inside(data, position, position + length)
+                    if inside is not None:
+                        counters.bytes_skipped += inside - position
+                        position = inside
+                        continue
                 self._count_unknown(message_id)
             counters.frames += 1
             version = 2 if magic == MAGIC_V2 else 1
@@ -159,6 +166,24 @@ def _next_magic(data: bytes, start: int) -> int:
     """Index of the next byte that may start a frame, or the length of `data`."""
     places = (data.find(MAGIC_V2, start), data.find(MAGIC_V1, start))
     return min((place for place in places if place >= 0), default=len(data))
+
+
+def _known_frame_inside(data: bytes, start: int, end: int) -> int | None:
+    """Index of a whole known frame that begins between `start` and `end`, or None.
+
+    Of two readings of the same bytes, the one whose whole CRC fits is the true one.
+    """
+    position = _next_magic(data, start + 1)
+    while position < end:
+        rest = data[position : position + LARGEST_FRAME]
+        header = 10 if rest[0] == MAGIC_V2 else 6
+        if len(rest) >= header and len(rest) >= header + rest[1] + 2:
+            known = rest[5] if header == 6 else int.from_bytes(rest[7:10], "little")
+            plain = header == 6 or rest[2] <= _INCOMPATIBLE_SIGNED
+            if plain and known in _ALL_CRC_EXTRA and _crc_fits(rest, header, known):
+                return position
+        position = _next_magic(data, position + 1)
+    return None
 
 
 def _crc_fits(raw: bytes, header: int, message_id: int) -> bool:

@@ -2,9 +2,15 @@
 
 from dataclasses import dataclass, field
 
+from companion.mavlink.codec import decode
 from companion.mavlink.dialect import Message
-from companion.mavlink.framing import Frame
-from companion.mavlink.messages import AUTOPILOT_INVALID, COMPONENT_AUTOPILOT, Target
+from companion.mavlink.framing import Frame, Framer
+from companion.mavlink.messages import (
+    AUTOPILOT_INVALID,
+    COMPONENT_AUTOPILOT,
+    MessageId,
+    Target,
+)
 
 _TYPES_THAT_FLY_OR_DRIVE = frozenset(
     [*range(5), *range(7, 18), *range(19, 26), 28, 29, 35, 43, 45, 46, 47]
@@ -59,6 +65,15 @@ def vehicle_from_heartbeat(frame: Frame, heartbeat: Message) -> Vehicle | None:
         return None
     return Vehicle(
         frame.system_id, frame.component_id, int(heartbeat.autopilot), int(heartbeat.type)
+    )
+
+
+def vehicle_heartbeat_in(data: bytes) -> bool:
+    """True if a datagram holds a vehicle's heartbeat: a way to tell who the peer of a link is."""
+    return any(
+        frame.message_id == MessageId.HEARTBEAT
+        and vehicle_from_heartbeat(frame, decode(frame)) is not None
+        for frame in Framer().feed(data)
     )
 
 

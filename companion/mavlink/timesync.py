@@ -101,7 +101,8 @@ class ClockEstimator:
         """Take a TIMESYNC of the autopilot: use an answer to us, answer a question of its own."""
         tc1, ts1 = _WIRE.unpack_from(frame.payload.ljust(_WIRE.size, b"\0"))
         if tc1 == 0:
-            return [Outgoing(MessageId.TIMESYNC, _WIRE.pack(round(now_s * 1e9), ts1))]
+            ours_ns = max(1, round(now_s * 1e9))  # 0 would make it a question again
+            return [Outgoing(MessageId.TIMESYNC, _WIRE.pack(ours_ns, ts1))]
         if ts1 in self._sent_ns:  # else: an answer to somebody else's question
             self._sent_ns.remove(ts1)
             round_trip_s = now_s - ts1 * 1e-9

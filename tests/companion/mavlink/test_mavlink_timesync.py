@@ -1,0 +1,145 @@
+import itertools
+import math
+import random
+import struct
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from companion.mavlink.codec import Packer
+from companion.mavlink.framing import Framer
+from companion.mavlink.messages import Outgoing
+from companion.mavlink.timesync import ClockEstimator
+
+
+def timesync(tc1_ns, ts1_ns):
+    (frame,) = Framer().feed(Packer(1, 1).pack(Outgoing(111, struct.pack("<qq", tc1_ns, ts1_ns))))
+    return frame
+
+
+def asked(outgoing):
+    """The (tc1, ts1) of a request."""
+    ((message_id, payload),) = outgoing
+    assert message_id == 111
+    return struct.unpack("<qq", payload)
+
+
+def exchange(clock, now_s, *, autopilot, there_s=0.002, back_s=0.002):
+    """One question and its answer; gives the time at which the answer came."""
+    _, ts1 = asked(clock.outgoing(now_s))
+    answer_ns = round(autopilot(now_s + there_s) * 1e9)
+    clock.on_timesync(now_s + there_s + back_s, timesync(answer_ns, ts1))
+    return now_s + there_s + back_s
+
+
+@settings(deadline=None, derandomize=True)
+@given(st.floats(0.9, 20.0), st.floats(0.0, 5000.0), st.integers(0, 1000))
+def test_the_autopilots_time_is_found_at_any_rate_under_jitter(rate, start_s, seed):
+    clock, jitter = ClockEstimator(), random.Random(seed)
+
+    def autopilot(now_s):
+        return start_s + rate * (now_s - 100.0)
+
+    now_s = 100.0
+    for _ in range(30):
+        now_s = max(now_s, clock.due_s)
+        now_s = exchange(
+            clock,
+            now_s,
+            autopilot=autopilot,
+            there_s=0.001 + jitter.expovariate(1000.0),
+            back_s=0.001 + jitter.expovariate(1000.0),
+        )
+
+    assert clock.valid
+    assert clock.rate == pytest.approx(rate, rel=2e-3)
+    for ahead_s in (0.0, 0.25, 0.5):
+        error_s = clock.autopilot_time(now_s + ahead_s) - autopilot(now_s + ahead_s)
+        assert abs(error_s) < 1.5e-3 * rate
+
+
+def test_a_constant_delay_gives_the_exact_line_and_the_round_trip():
+    clock = ClockEstimator()
+    now_s = 50.0
+    for _ in range(5):
+        now_s = max(now_s, clock.due_s)
+        now_s = exchange(clock, now_s, autopilot=lambda t: t - 47.0, there_s=0.015, back_s=0.015)
+
+    assert clock.round_trip_s == pytest.approx(0.030, abs=1e-6)
+    assert clock.autopilot_time(60.0) == pytest.approx(13.0, abs=1e-5)
+    assert clock.offset_s == pytest.approx(-47.0, abs=1e-5)
+
+
+def test_late_answers_hardly_weigh():
+    clock = ClockEstimator()
+    now_s = 0.0
+    for step in range(20):
+        now_s = max(now_s, clock.due_s)
+        back_s = 0.2 if step % 4 == 3 else 0.002
+        now_s = exchange(clock, now_s, autopilot=lambda t: t + 3.0, back_s=back_s)
+
+    assert clock.autopilot_time(now_s) == pytest.approx(now_s + 3.0, abs=1e-3)
+
+
+def test_nothing_is_valid_before_enough_exchanges():
+    clock = ClockEstimator()
+    assert not clock.valid
+    assert math.isnan(clock.round_trip_s)
+
+    exchange(clock, 0.0, autopilot=lambda t: t + 3.0)
+
+    assert not clock.valid
+
+
+def test_questions_come_quickly_first_and_then_twice_a_second():
+    clock = ClockEstimator()
+    times = []
+    now_s = 0.0
+    while len(times) < 15:
+        if clock.outgoing(now_s):
+            times.append(now_s)
+        now_s = clock.due_s
+
+    gaps = [b - a for a, b in itertools.pairwise(times)]
+    assert gaps[:9] == pytest.approx([0.1] * 9)
+    assert gaps[9:] == pytest.approx([0.5] * 5)
+
+
+def test_the_autopilots_own_question_is_answered_with_our_time():
+    clock = ClockEstimator()
+
+    tc1, ts1 = asked(clock.on_timesync(12.5, timesync(0, 987_654_321)))
+
+    assert (tc1, ts1) == (12_500_000_000, 987_654_321)
+    assert asked(clock.on_timesync(0.0, timesync(0, 5)))[0] > 0, "0 would be a question"
+    assert not clock.valid
+
+
+def test_answers_to_others_and_repeated_answers_are_not_taken():
+    clock = ClockEstimator()
+    _, ts1 = asked(clock.outgoing(1.0))
+    clock.on_timesync(1.01, timesync(5_000_000_000, ts1 + 1))
+    assert math.isnan(clock.round_trip_s)
+
+    clock.on_timesync(1.01, timesync(5_000_000_000, ts1))
+    clock.on_timesync(1.90, timesync(5_000_000_000, ts1))
+
+    assert clock.round_trip_s == pytest.approx(0.01)
+
+
+def test_one_wild_answer_is_ignored_and_a_restart_is_believed():
+    clock = ClockEstimator()
+    now_s = 0.0
+    for _ in range(10):
+        now_s = max(now_s, clock.due_s)
+        now_s = exchange(clock, now_s, autopilot=lambda t: t + 100.0)
+    before_s = clock.autopilot_time(now_s)
+    now_s = exchange(clock, max(now_s, clock.due_s), autopilot=lambda t: t + 5000.0)
+    assert clock.autopilot_time(now_s) == pytest.approx(now_s + 100.0, abs=1e-3)
+    assert before_s > 100.0
+
+    for _ in range(6):
+        now_s = exchange(clock, max(now_s, clock.due_s), autopilot=lambda t: t - 1.0)
+
+    assert clock.autopilot_time(now_s) == pytest.approx(now_s - 1.0, abs=1e-3)
