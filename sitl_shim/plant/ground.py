@@ -12,7 +12,8 @@ from sitl_shim.frames import Vector3, rotate, rotation_matrix
 from sitl_shim.plant.rigid_body import Motion
 from sitl_shim.plant.vehicle import GRAVITY_M_S2, VehicleModel
 
-_SWEEPS = 8
+_SWEEPS = 40
+_SETTLED_M_S = 1e-4
 _REST_SPEED_M_S = 0.03
 _REST_RATE_RAD_S = 0.1
 _REST_GAP_M = 0.001
@@ -90,12 +91,14 @@ class Ground:
         by = m01 * vx + m11 * vy + ny * vz
         bz = m02 * vx + m12 * vy + nz * vz
         for _ in range(_SWEEPS):
+            largest = 0.0
             for contact in contacts:
                 a, b, c, gx, gy, gz, answer, normal, fx, fy, fz = contact
                 sx, sy, sz = bx + q * c - r * b, by + r * a - p * c, bz + p * b - q * a
                 sinking = sx * nx + sy * ny + sz * nz
                 wanted = max(0.0, normal - sinking / answer)
                 change = wanted - normal
+                largest = max(largest, abs(change))
                 contact[7] = wanted
                 bx += change * inverse_mass * nx
                 by += change * inverse_mass * ny
@@ -128,6 +131,8 @@ class Ground:
                 p += (b * jz - c * jy) / ix
                 q += (c * jx - a * jz) / iy
                 r += (a * jy - b * jx) / iz
+            if largest * inverse_mass < _SETTLED_M_S:
+                break
         vx, vy, vz = rotate((qw, qx, qy, qz), (bx, by, bz))
         return lift, (vx, vy, vz, qw, qx, qy, qz, p, q, r)
 

@@ -143,10 +143,28 @@ def test_a_storm_moves_it():
 
 def test_one_sided_thrust_tips_it_over(vehicle):
     plant = on_ground(vehicle)
+    rolls = []
     for _ in range(500):
-        plant.step((0.0, 0.9, 0.9, 0.0))
-    roll, _, _ = euler_from_quaternion(plant.state.attitude_flu_to_enu)
-    assert abs(roll) > 0.5
+        state = plant.step((0.0, 0.9, 0.9, 0.0))  # the left pair lifts the left side
+        rolls.append(euler_from_quaternion(state.attitude_flu_to_enu)[0])
+    assert max(rolls) > 0.5
+    assert min(rolls[:50]) > -1e-6
+
+
+def test_after_an_impact_no_touching_point_moves_into_the_ground(vehicle):
+    ground = Ground(vehicle)
+    gear = vehicle.ground_contact
+    feet = [
+        (sx * gear.foot_x_m, sy * gear.foot_y_m, -gear.foot_depth_m)
+        for sx in (1, -1)
+        for sy in (1, -1)
+    ]
+    motion = (0.3, -0.2, -2.0, 1.0, 0.0, 0.0, 0.0, 1.5, -1.0, 0.5)
+    met = ground.resolve(-1e-3, motion)
+    assert met is not None
+    _, (_, _, vz, *_, p, q, _) = met
+    for x, y, _ in feet:
+        assert vz + p * y - q * x > -1e-3
 
 
 def test_nothing_touches_while_it_is_higher_than_its_reach():

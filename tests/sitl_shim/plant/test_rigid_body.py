@@ -70,6 +70,17 @@ def test_a_lopsided_body_precesses_as_eulers_equations_say():
     )
 
 
+def test_angular_damping_slows_each_axis_by_its_own_time_constant():
+    vehicle = load_vehicle("sih_quadx")
+    drag = vehicle.drag.model_copy(update={"angular_n_m_s": (0.025, 0.05, 0.06)})
+    damped = vehicle.model_copy(update={"drag": drag})
+    for axis, time_s in enumerate((1.0, 0.5, 0.5)):  # inertia over damping
+        rate = [0.0, 0.0, 0.0]
+        rate[axis] = 2.0
+        end = coast(damped, (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, *rate), 0.5)
+        assert end[7 + axis] == pytest.approx(2.0 * math.exp(-0.5 / time_s), rel=1e-6)
+
+
 def test_the_quaternion_turns_at_the_body_rate():
     vehicle = dragless(load_vehicle("sih_quadx"))
     end = coast(vehicle, (0, 0, 0, 1.0, 0, 0, 0, 0.0, 0.0, 0.5), 2.0)

@@ -249,6 +249,8 @@ def test_gnss_attitude_is_off_as_measured(gnss_errors):
     angles = gnss_errors[:, :, 6:9]
     assert angles.mean(axis=(0, 1)) == pytest.approx([-0.6, 1.4, -9.5], abs=1.5)
     assert angles.std(axis=(0, 1)) == pytest.approx([1.3, 0.7, 4.0], rel=0.25)
+    flat = (angles - angles.mean(axis=1, keepdims=True)).reshape(-1, 3)
+    assert np.abs(np.corrcoef(flat.T) - np.eye(3)).max() < 0.6  # each axis by itself
     step = np.abs(np.diff(angles, axis=1)).max()
     assert step < 1.0  # it wanders, it does not jump
 

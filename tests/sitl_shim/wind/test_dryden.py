@@ -123,3 +123,18 @@ def test_the_scenario_blows_at_35_m_s_with_gusts_of_1_m_s():
     mean = start.mean(axis=0)
     assert math.hypot(*mean) == pytest.approx(3.5, abs=0.15)
     assert start[:, :2].std(axis=0) == pytest.approx([1.0, 1.0], rel=0.12)
+
+
+def test_two_gusts_of_one_scenario_are_not_the_same_gust(tmp_path):
+    one = """
+  - kind: dryden
+    intensity_m_s: 1.0
+    altitude_m: 10.0
+    passing_speed_m_s: 3.0
+    direction_enu: [1.0, 0.0, 0.0]"""
+    single, double = tmp_path / "single.yaml", tmp_path / "double.yaml"
+    single.write_text(f"name: single\nwinds:{one}\n")
+    double.write_text(f"name: double\nwinds:{one}{one}\n")
+    alone = make_wind(load_scenario(single), 1).velocity_enu_m_s(0.0, HERE)
+    both = make_wind(load_scenario(double), 1).velocity_enu_m_s(0.0, HERE)
+    assert both != pytest.approx([2.0 * value for value in alone])
