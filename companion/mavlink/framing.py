@@ -1,10 +1,10 @@
 """Splits a byte stream into MAVLink frames, whatever else the stream carries.
 
-Packet layout: https://mavlink.io/en/guide/serialization.html.  For ids whose CRC_EXTRA is known
-the CRC decides whether bytes are a frame.  For other ids the CRC still has to be one of the 256
-(of 65,536) values that *some* CRC_EXTRA could give, and no known frame may lie inside.  Bytes
-that are no frame are skipped one at a time, so that a false start in noise never swallows a true
-frame behind it.
+Packet layout: https://mavlink.io/en/guide/serialization.html.  The CRC decides whether bytes are
+a frame.  It is closed by a seed, CRC_EXTRA, that is known for each message of the dialect.  For
+other ids the seed is solved from their first packet, which is skipped, and has to fit from the
+second one on.  Bytes that are no frame are skipped one at a time, so that a false start in noise
+does not swallow a true frame behind it.
 """
 
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ OTHER_IDS = -1
 """Key under which `FramerCounters.unknown_ids` counts what came after its table was full."""
 
 _ALL_CRC_EXTRA = CRC_EXTRA | CRC_EXTRA_UNDECODABLE
-_LAST_STEPS = frozenset(CRC_TABLE)
+_TABLE_INDEX = {entry: index for index, entry in enumerate(CRC_TABLE)}
 
 
 class Frame(NamedTuple):
@@ -61,7 +61,7 @@ class FramerCounters:
     frames: int = 0
     """Frames given out, known and unknown."""
     crc_errors: int = 0
-    """Places that looked like a frame and whose CRC was wrong."""
+    """Places that looked like a frame and whose CRC was wrong, or could not be judged yet."""
     bytes_skipped: int = 0
     """Bytes that belong to no frame."""
     unknown_ids: dict[int, int] = field(default_factory=dict)
@@ -71,10 +71,11 @@ class FramerCounters:
 class Framer:
     """Cuts frames out of one byte stream.  Keeps at most one unfinished frame in memory."""
 
-    __slots__ = ("_pending", "counters")
+    __slots__ = ("_learned", "_pending", "counters")
 
     def __init__(self) -> None:
         self._pending = b""
+        self._learned: dict[int, int] = {}
         self.counters = FramerCounters()
 
     @property
@@ -134,18 +135,12 @@ class Framer:
                 break
             # A datagram with one frame is the common case: no copy then.
             raw = data if length == end else data[position : position + length]
-            if not _crc_fits(raw, header, message_id):
+            if not self._crc_fits(raw, header, message_id):
                 counters.crc_errors += 1
                 counters.bytes_skipped += 1
                 position += 1
                 continue
             if message_id not in CRC_EXTRA:
-                if message_id not in _ALL_CRC_EXTRA:
-                    inside = _known_frame_inside(data, position, position + length)
-                    if inside is not None:
-                        counters.bytes_skipped += inside - position
-                        position = inside
-                        continue
                 self._count_unknown(message_id)
             counters.frames += 1
             version = 2 if magic == MAGIC_V2 else 1
@@ -154,6 +149,29 @@ class Framer:
             )
             position += length
         return frames, data[position:]
+
+    def _crc_fits(self, raw: bytes, header: int, message_id: int) -> bool:
+        """Check the CRC of a whole frame."""
+        end = header + raw[1]
+        crc = crc16(raw[1:end])
+        found = raw[end] | raw[end + 1] << 8
+        extra = _ALL_CRC_EXTRA.get(message_id)
+        if extra is not None:
+            return found == CRC_TABLE[(crc ^ extra) & 0xFF] ^ (crc >> 8)
+        # Only 256 of the 65,536 values of `found` can come from any seed.
+        index = _TABLE_INDEX.get(found ^ (crc >> 8))
+        return index is not None and self._confirms(message_id, (index ^ crc) & 0xFF)
+
+    def _confirms(self, message_id: int, extra: int) -> bool:
+        """True if the last packet of an unknown id had the same seed; else remember this one."""
+        learned = self._learned
+        if learned.pop(message_id, None) == extra:
+            learned[message_id] = extra
+            return True
+        if len(learned) >= _MOST_UNKNOWN_IDS:
+            del learned[next(iter(learned))]  # the one not seen for longest
+        learned[message_id] = extra
+        return False
 
     def _count_unknown(self, message_id: int) -> None:
         unknown = self.counters.unknown_ids
@@ -166,33 +184,3 @@ def _next_magic(data: bytes, start: int) -> int:
     """Index of the next byte that may start a frame, or the length of `data`."""
     places = (data.find(MAGIC_V2, start), data.find(MAGIC_V1, start))
     return min((place for place in places if place >= 0), default=len(data))
-
-
-def _known_frame_inside(data: bytes, start: int, end: int) -> int | None:
-    """Index of a whole known frame that begins between `start` and `end`, or None.
-
-    Of two readings of the same bytes, the one whose whole CRC fits is the true one.
-    """
-    position = _next_magic(data, start + 1)
-    while position < end:
-        rest = data[position : position + LARGEST_FRAME]
-        header = 10 if rest[0] == MAGIC_V2 else 6
-        if len(rest) >= header and len(rest) >= header + rest[1] + 2:
-            known = rest[5] if header == 6 else int.from_bytes(rest[7:10], "little")
-            plain = header == 6 or rest[2] <= _INCOMPATIBLE_SIGNED
-            if plain and known in _ALL_CRC_EXTRA and _crc_fits(rest, header, known):
-                return position
-        position = _next_magic(data, position + 1)
-    return None
-
-
-def _crc_fits(raw: bytes, header: int, message_id: int) -> bool:
-    """Check the CRC of a whole frame, as far as it can be without knowing its id."""
-    end = header + raw[1]
-    crc = crc16(raw[1:end])
-    found = raw[end] | raw[end + 1] << 8
-    extra = _ALL_CRC_EXTRA.get(message_id)
-    if extra is None:
-        # found = CRC_TABLE[...] ^ (crc >> 8) for one of 256 table entries.
-        return (found ^ (crc >> 8)) in _LAST_STEPS
-    return found == CRC_TABLE[(crc ^ extra) & 0xFF] ^ (crc >> 8)

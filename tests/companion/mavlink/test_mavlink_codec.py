@@ -151,3 +151,14 @@ def test_acknowledgements_are_read_with_and_without_their_extensions():
 
     assert commands.ack_from_frame(frame) == commands.Ack(176, 5, 30, -4, 3, 191)
     assert commands.ack_from_frame(short) == commands.Ack(176, 1)
+
+
+@settings(deadline=None, derandomize=True, max_examples=300)
+@given(st.sampled_from(sorted(pymavlink.mavlink_map)), st.binary(max_size=255))
+def test_any_payload_of_any_known_message_can_be_decoded(message_id, payload):
+    (frame,) = Framer().feed(Packer(1, 1).pack(Outgoing(message_id, payload)))
+
+    message = decode(frame)
+
+    assert message.get_msgId() == message_id
+    assert message.get_type() == pymavlink.mavlink_map[message_id].msgname

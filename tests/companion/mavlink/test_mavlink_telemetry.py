@@ -14,6 +14,7 @@ from companion.frames import (
 )
 from companion.mavlink.codec import Packer, encode
 from companion.mavlink.framing import Framer
+from companion.mavlink.messages import Outgoing
 from companion.mavlink.telemetry import (
     Attitude,
     Rejected,
@@ -236,3 +237,30 @@ def test_truth_is_told_from_telemetry():
             xacc=0, yacc=0, zacc=0,
         )
     )  # fmt: skip
+
+
+@settings(deadline=None, derandomize=True, max_examples=300)
+@given(st.binary(max_size=255))
+def test_no_payload_raises_and_every_state_is_finite(payload):
+    frames = {
+        message_id: Framer().feed(Packer(1).pack(Outgoing(message_id, payload)))[0]
+        for message_id in (331, 32, 31, 250)
+    }
+    attitude = attitude_from_frame(frames[31])
+    wind_acceleration(frames[250])
+
+    for state in (
+        state_from_odometry(frames[331]),
+        state_from_local_position(
+            frames[32], attitude if isinstance(attitude, Attitude) else None, math.inf
+        ),
+    ):
+        if isinstance(state, VehicleState):
+            numbers = (
+                *state.position_enu_m,
+                *state.velocity_enu_m_s,
+                *state.attitude_flu_to_enu,
+                *state.rate_flu_rad_s,
+            )
+            assert all(math.isfinite(number) for number in numbers)
+            assert math.hypot(*state.attitude_flu_to_enu) == pytest.approx(1.0)

@@ -99,9 +99,13 @@ def test_the_librarys_reader_gives_the_records_of_an_unfinished_log(tmp_path):
     log = written(path)
     log.flush()
     found = []
-    with path.open("rb") as file, pytest.raises(EndOfFile):
+
+    def read(file):
         for _, channel, message in NonSeekingReader(file).iter_messages(log_time_order=False):
             found.append((channel.topic, message.log_time))
+
+    with path.open("rb") as file, pytest.raises(EndOfFile):
+        read(file)
     log.close()
 
     assert len(found) == 20
