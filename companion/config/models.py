@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -143,6 +143,13 @@ class SupervisorConfig(_Model):
 
 class MissionConfig(_Model):
     """A flight."""
+
+    @field_validator("trajectory")
+    @classmethod
+    def _known_trajectory(cls, value: int | str) -> int | str:
+        if isinstance(value, int) and not 1 <= value <= 5:
+            raise ValueError("test trajectories are numbered 1 to 5; else give a CSV or YAML file")
+        return value
 
     trajectory: int | str = Field(default=4, description="1 … 5, or a CSV or YAML file.")
     controller: str = "mpc-l1"

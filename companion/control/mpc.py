@@ -18,16 +18,15 @@ from typing import Literal
 
 import numpy as np
 
-from companion.control.qp.condensed import AxisProblem, Weights, condense
-from companion.control.qp.port import QpSolver, QpSolverFactory
+from companion.control.qp.condensed import Weights, condense
+from companion.control.qp.constrained import ConstrainedAxis, SoftBounds
+from companion.control.qp.port import QpSolverFactory
 from companion.control.reference_model import Array, discretise_position_model
 
 MpcStatus = Literal["closed_form", "solved", "shifted_plan", "clipped_closed_form"]
 """How the reference came about; the last two are the fallbacks when a solve failed."""
 
 _TOLERANCE = 1e-6
-_SLACK_QUADRATIC = 1e3
-_SLACK_LINEAR = 1e2
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,10 +82,10 @@ class MpcRecord:
 
 
 class Mpc:
-    """The controller with its constant matrices.  `step` has no side effect but a warm start."""
+    """The controller with its constant matrices.  Its only side effect is a solver's warm start."""
 
     def __init__(self, settings: MpcSettings, make_solver: QpSolverFactory) -> None:
-        """Condense the problem of each axis; the solvers are made when first needed.
+        """Condense the problem of each axis.
 
         Raises:
             ValueError: lengths differ, or the cost is not positive definite.
@@ -104,22 +103,21 @@ class Mpc:
         a, b = discretise_position_model(
             np.array(settings.m), np.array(settings.gain_k), settings.period_s
         )
-        self._problems = [
-            condense(a[i], b[i], settings.horizon, settings.weights) for i in range(axes)
-        ]
-        self._gain = np.stack([p.gain for p in self._problems])
-        self._position_from_state = np.stack([p.position_from_state for p in self._problems])
-        self._position_from_r = np.stack([p.position_from_r for p in self._problems])
-        self._velocity_from_state = np.stack([p.velocity_from_state for p in self._problems])
-        self._velocity_from_r = np.stack([p.velocity_from_r for p in self._problems])
-        self._second = self._problems[0].second_difference
+        problems = [condense(a[i], b[i], settings.horizon, settings.weights) for i in range(axes)]
         self._second_limit = settings.r_max_m_s2 * settings.period_s**2
-        self._velocity_limit = np.array(settings.velocity_limit_m_s)[:, None]
+        self._axes = [ConstrainedAxis(p, self._second_limit, make_solver) for p in problems]
+        self._gain = np.stack([p.gain for p in problems])
+        self._second = problems[0].second_difference
+        # Position and velocity of one axis in one product: (axes, 2n, ·).
+        self._outputs_from_state = np.stack(
+            [np.vstack([p.position_from_state, p.velocity_from_state]) for p in problems]
+        )
+        self._outputs_from_r = np.stack(
+            [np.vstack([p.position_from_r, p.velocity_from_r]) for p in problems]
+        )
+        self._speed = np.array(settings.velocity_limit_m_s)
         self._low = np.array(settings.box_low_m)
         self._high = np.array(settings.box_high_m)
-        self._make_solver = make_solver
-        self._solvers: list[QpSolver | None] = [None] * axes
-        self._constraints = [_constraint_matrix(p) for p in self._problems]
 
     @property
     def preview_times_s(self) -> Array:
@@ -158,13 +156,14 @@ class Mpc:
         failures = memory.failures + 1
         shifted = np.vstack([memory.plan_m[1:], memory.plan_m[-1:]])
         if failures <= self.settings.shifted_plans_at_most:
-            status: MpcStatus = "shifted_plan"
-            applied = shifted[0]
-        else:
-            status = "clipped_closed_form"
-            applied = self._closed_form_clipped(memory, position_m, velocity_m_s, preview_m)
-        advanced = MpcMemory(applied, memory.applied_r_m, shifted, failures)
-        return advanced, applied, replace(record, status=status)
+            advanced = MpcMemory(shifted[0], memory.applied_r_m, shifted, failures)
+            return advanced, shifted[0], record
+        data = self._data(memory, position_m, velocity_m_s, preview_m)
+        first = (self._gain[:, 0, :] * data).sum(axis=1) + preview_m[0]
+        straight = 2.0 * memory.applied_r_m - memory.applied_r_before_m
+        clipped = np.clip(first, straight - self._second_limit, straight + self._second_limit)
+        advanced = MpcMemory(clipped, memory.applied_r_m, shifted, failures)
+        return advanced, clipped, replace(record, status="clipped_closed_form")
 
     def plan(
         self, memory: MpcMemory, position_m: Array, velocity_m_s: Array, preview_m: Array
@@ -177,148 +176,63 @@ class Mpc:
         """
         n = self.settings.horizon + 1
         centre = preview_m[0]
-        desired = (preview_m - centre).T
-        previous = memory.applied_r_m - centre
+        data = self._data(memory, position_m, velocity_m_s, preview_m)
+        previous = data[:, 2]
         before = memory.applied_r_before_m - centre
-        axes = len(centre)
-        data = np.empty((axes, 3 + 2 * n))
-        data[:, 0] = position_m - centre
-        data[:, 1] = velocity_m_s
-        data[:, 2] = previous
-        data[:, 3 : 3 + n] = desired[:, 1:]
-        data[:, 3 + n :] = -centre[:, None] if self.settings.penalise_absolute_r else desired[:, :n]
+        low, high = self._low - centre, self._high - centre
         plan = (self._gain @ data[:, :, None])[:, :, 0]
-
+        outputs = self._outputs(data, plan)
         second = plan @ self._second.T
         second[:, 0] += before - 2.0 * previous
         second[:, 1] += previous
-        state = data[:, :2, None]
-        position = (self._position_from_state @ state)[:, :, 0]
-        position += (self._position_from_r @ plan[:, :, None])[:, :, 0]
-        velocity = (self._velocity_from_state @ state)[:, :, 0]
-        velocity += (self._velocity_from_r @ plan[:, :, None])[:, :, 0]
-        low, high = self._low - centre, self._high - centre
         over_second = np.abs(second).max(axis=1) > self._second_limit + _TOLERANCE
         violated = (
             over_second
-            | (np.abs(velocity) > self._velocity_limit + _TOLERANCE).any(axis=1)
-            | (position.min(axis=1) < low - _TOLERANCE)
-            | (position.max(axis=1) > high + _TOLERANCE)
+            | (np.abs(outputs[:, n:]).max(axis=1) > self._speed + _TOLERANCE)
+            | (outputs[:, :n].min(axis=1) < low - _TOLERANCE)
+            | (outputs[:, :n].max(axis=1) > high + _TOLERANCE)
         )
-        constrained = tuple(bool(v) for v in violated)
-        r_max_active = bool(over_second.any())
-        if not any(constrained):
-            record = MpcRecord(
-                "closed_form", constrained, False, "", 0, (position + centre[:, None]).T
-            )
-            return plan.T + centre, record
-        iterations, status = 0, ""
+        constrained = tuple(violated.tolist())
+        status: MpcStatus = "closed_form"
+        solver_status, iterations = "", 0
         for i in np.flatnonzero(violated):
-            bounds = (float(low[i]), float(high[i]))
-            past = (float(previous[i]), float(before[i]))
-            solution = self._solve_axis(int(i), data[i], past, bounds)
-            iterations += solution[1]
-            status = solution[2]
-            if solution[0] is None:
-                empty = np.empty((0, axes))
-                record = MpcRecord(
-                    "shifted_plan", constrained, r_max_active, status, iterations, empty
-                )
-                return None, record
-            plan[i] = solution[0]
-        position = (self._position_from_state @ state + self._position_from_r @ plan[:, :, None])[
-            :, :, 0
-        ]
-        record = MpcRecord(
-            "solved", constrained, r_max_active, status, iterations, (position + centre[:, None]).T
-        )
+            bounds = SoftBounds(float(self._speed[i]), float(low[i]), float(high[i]))
+            solution = self._axes[i].solve(data[i], float(previous[i]), float(before[i]), bounds)
+            iterations += solution.iterations
+            solver_status = solution.status
+            if solution.plan is None:
+                status = "shifted_plan"
+                break
+            plan[i] = solution.plan
+            status = "solved"
+        r_max_active = bool(over_second.any())
+        if status == "shifted_plan":
+            empty = np.empty((0, len(centre)))
+            record = MpcRecord(status, constrained, r_max_active, solver_status, iterations, empty)
+            return None, record
+        if status == "solved":
+            outputs = self._outputs(data, plan)
+        predicted = (outputs[:, :n] + centre[:, None]).T
+        record = MpcRecord(status, constrained, r_max_active, solver_status, iterations, predicted)
         return plan.T + centre, record
 
-    def _closed_form_clipped(
+    def _data(
         self, memory: MpcMemory, position_m: Array, velocity_m_s: Array, preview_m: Array
     ) -> Array:
-        """First input (axes,) of the unconstrained optimum, clipped to the hard bound."""
+        """What the optimum is linear in, per axis: x, r_prev, y* at the outputs, target of r."""
         n = self.settings.horizon + 1
         centre = preview_m[0]
         desired = (preview_m - centre).T
-        state = np.stack([position_m - centre, velocity_m_s, memory.applied_r_m - centre], axis=1)
-        target = desired[:, :n]
-        if self.settings.penalise_absolute_r:
-            target = np.broadcast_to(-centre[:, None], target.shape)
-        data = np.concatenate([state, desired[:, 1:], target], axis=1)
-        first = (self._gain[:, 0, :] * data).sum(axis=1) + centre
-        straight = 2.0 * memory.applied_r_m - memory.applied_r_before_m
-        clipped: Array = np.clip(
-            first, straight - self._second_limit, straight + self._second_limit
-        )
-        return clipped
+        data = np.empty((len(centre), 3 + 2 * n))
+        data[:, 0] = position_m - centre
+        data[:, 1] = velocity_m_s
+        data[:, 2] = memory.applied_r_m - centre
+        data[:, 3 : 3 + n] = desired[:, 1:]
+        data[:, 3 + n :] = -centre[:, None] if self.settings.penalise_absolute_r else desired[:, :n]
+        return data
 
-    def _solve_axis(
-        self, axis: int, data: Array, past: tuple[float, float], box_m: tuple[float, float]
-    ) -> tuple[Array | None, int, str]:
-        problem = self._problems[axis]
-        n = self.settings.horizon + 1
-        solver = self._solvers[axis]
-        if solver is None:
-            solver = self._make_solver(*_with_slacks(problem, self._constraints[axis]))
-            self._solvers[axis] = solver
-        gradient = np.concatenate([problem.gradient @ data, np.full(2, _SLACK_LINEAR)])
-        previous, before = past
-        offset = np.zeros(n)
-        offset[0] = before - 2.0 * previous
-        offset[1] += previous
-        limit = self._second_limit
-        free_velocity = problem.velocity_from_state @ data[:2]
-        free_position = problem.position_from_state @ data[:2]
-        speed = float(self._velocity_limit[axis, 0])
-        low, high = box_m
-        unbounded = np.full(n, np.inf)
-        lower = np.concatenate(
-            [
-                -limit - offset,
-                -unbounded,
-                -speed - free_velocity,
-                -unbounded,
-                low - free_position,
-                [0, 0],
-            ]
-        )
-        upper = np.concatenate(
-            [
-                limit - offset,
-                speed - free_velocity,
-                unbounded,
-                high - free_position,
-                unbounded,
-                unbounded[:2],
-            ]
-        )
-        solution = solver.solve(gradient, lower, upper)
-        if solution.x is None:
-            return None, solution.iterations, solution.status
-        return solution.x[:n], solution.iterations, solution.status
-
-
-def _constraint_matrix(problem: AxisProblem) -> Array:
-    """Rows: second differences; ± velocities with their slack; ± positions with theirs; slacks."""
-    n = problem.hessian.shape[0]
-    zero, one = np.zeros((n, 1)), np.ones((n, 1))
-    velocity, position = problem.velocity_from_r, problem.position_from_r
-    return np.vstack(
-        [
-            np.hstack([problem.second_difference, zero, zero]),
-            np.hstack([velocity, -one, zero]),
-            np.hstack([velocity, one, zero]),
-            np.hstack([position, zero, -one]),
-            np.hstack([position, zero, one]),
-            np.hstack([np.zeros((2, n)), np.eye(2)]),
-        ]
-    )
-
-
-def _with_slacks(problem: AxisProblem, constraints: Array) -> tuple[Array, Array]:
-    n = problem.hessian.shape[0]
-    hessian = np.zeros((n + 2, n + 2))
-    hessian[:n, :n] = problem.hessian
-    hessian[n:, n:] = _SLACK_QUADRATIC * np.eye(2)
-    return hessian, constraints
+    def _outputs(self, data: Array, plan: Array) -> Array:
+        """Positions, then velocities, that a plan leads to, (axes, 2n)."""
+        outputs = self._outputs_from_state @ data[:, :2, None]
+        outputs += self._outputs_from_r @ plan[:, :, None]
+        return outputs[:, :, 0]

@@ -1,0 +1,222 @@
+"""What ``companion fly`` does: configure, check, fly, score, draw, tell."""
+
+import json
+import re
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from companion.config.models import MissionConfig
+from companion.config.resolve import FlightConfig, find_config, load_flight
+from companion.config.yaml_source import ConfigError
+from companion.flight.assemble import infeasibilities, make_trajectory
+from companion.flight.conduct import Outcome, OutcomeName
+from companion.flight.records import CHANNELS
+from companion.flight.shim_process import ShimOptions
+from companion.link.link import LinkError
+from companion.link.url import parse_link_url
+from companion.recording.flight_log import FlightLog, FlightLogError
+from companion.report.metrics import TrackingFigures, tracking_figures
+from companion.report.result import result_object, write_result
+from companion.report.terminal import TerminalObserver, result_table
+from companion.trajectories.from_file import TrajectoryFileError
+from companion.trajectories.trajectory import Trajectory
+
+_R_MAX_WARNING_SHARE = 0.5
+
+
+class BadInputError(Exception):
+    """What was asked for can't be done as asked; the text names what, where and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlyRequest:
+    """The options of the command line."""
+
+    mission_file: Path | None
+    overrides: Mapping[str, object]
+    settings: tuple[str, ...]
+    """``KEY=VALUE`` each."""
+    lockstep: bool
+    out: Path | None
+    json_output: bool
+    verbose: bool
+
+
+def run_fly(request: FlyRequest) -> OutcomeName:
+    """Fly as asked and tell about it.
+
+    Raises:
+        BadInputError: nothing was started.
+    """
+    console = Console(stderr=True, highlight=False)
+    try:
+        config = load_flight(request.mission_file, request.overrides, _settings(request.settings))
+        trajectory = make_trajectory(config.mission)
+        shim = _shim_options(config.mission, request)
+        if config.mission.connect is not None:
+            parse_link_url(config.mission.connect)
+    except (ConfigError, TrajectoryFileError, LinkError) as error:
+        raise BadInputError(str(error)) from error
+    problems = infeasibilities(trajectory, config.mission, config.vehicle)
+    if problems:
+        return _refuse(config, "\n".join(problems), request, console)
+
+    folder = request.out or _new_folder(config.mission)
+    started = time.perf_counter()
+    try:
+        log = FlightLog(folder, CHANNELS, base_us=_base_us(request.lockstep))
+    except FlightLogError as error:
+        raise BadInputError(str(error)) from error
+    try:
+        with TerminalObserver(console, verbose=request.verbose) as observer:
+            outcome = _fly(config, trajectory, log, observer, shim, lockstep=request.lockstep)
+    except LinkError as error:
+        raise BadInputError(str(error)) from error
+    finally:
+        log.close()
+    wall_s = time.perf_counter() - started
+
+    figures = _score_and_draw(config.mission, outcome, folder)
+    result = result_object(
+        config.mission, outcome, figures, wall_s=wall_s, log_dir=folder.resolve()
+    )
+    write_result(folder, result)
+    if log.trouble is not None:
+        console.print(f"warning: {log.trouble}", style="yellow")
+    if outcome.r_max_active_share > _R_MAX_WARNING_SHARE:
+        console.print(
+            f"warning: the bound r_max was active in {outcome.r_max_active_share:.0%} of the "
+            "plans; r2 is being clipped most of the time. Raise controller.mpc.r_max_m_s2 if "
+            "tracking suffers.",
+            style="yellow",
+        )
+    _tell(result, request)
+    return outcome.outcome
+
+
+def _fly(
+    config: FlightConfig,
+    trajectory: Trajectory,
+    log: FlightLog,
+    observer: TerminalObserver,
+    shim: ShimOptions | None,
+    *,
+    lockstep: bool,
+) -> Outcome:
+    if lockstep:
+        from companion.lockstep import fly_in_lockstep
+
+        assert shim is not None
+        return fly_in_lockstep(config, trajectory, log, observer, shim)
+    from companion.flight.real_time import fly_in_real_time
+
+    return fly_in_real_time(config, trajectory, log, observer, shim)
+
+
+def _settings(pairs: tuple[str, ...]) -> dict[str, str]:
+    settings = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals or not key:
+            raise ConfigError(f"--set {pair}: write KEY=VALUE, as in --set hover_s=2.")
+        settings[key.strip()] = value
+    return settings
+
+
+def _shim_options(mission: MissionConfig, request: FlyRequest) -> ShimOptions | None:
+    """The embedded shim, or None for a real autopilot."""
+    if mission.connect is not None:
+        if "wind" in request.overrides:
+            raise ConfigError(
+                "--wind belongs to the embedded shim; with --connect the weather is what it is. "
+                "Leave one of the two out."
+            )
+        if request.lockstep:
+            raise ConfigError(
+                "--lockstep belongs to the embedded shim; with --connect time is real. Leave one "
+                "of the two out."
+            )
+        return None
+    return ShimOptions(
+        autopilot=mission.autopilot,
+        vehicle=mission.vehicle,
+        scenario=_scenario(mission),
+        seed=mission.seed,
+    )
+
+
+def _scenario(mission: MissionConfig) -> Path:
+    """The scenario's file; the fan stands elsewhere for each of the five trajectories."""
+    name = mission.wind
+    if name == "fan":
+        if not isinstance(mission.trajectory, int):
+            raise ConfigError(
+                "--wind fan has its place at one of the trajectories 1 … 5; for a trajectory from "
+                "a file give a scenario's YAML file (see configs/scenarios/fan-4.yaml)."
+            )
+        name = f"fan-{mission.trajectory}"
+    return find_config("scenarios", name).resolve()
+
+
+def _base_us(lockstep: bool) -> int:
+    """Epoch of the log's time stamps: simulated time begins at a fixed moment."""
+    if lockstep:
+        return round(datetime(2020, 1, 1, tzinfo=UTC).timestamp() * 1e6)
+    from companion.flight.real_time import log_base_us
+
+    return log_base_us()
+
+
+def _new_folder(mission: MissionConfig) -> Path:
+    """A folder under flights/ that does not exist yet."""
+    stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
+    name = re.sub(r"[^A-Za-z0-9-]+", "-", Path(str(mission.trajectory)).stem)
+    base = Path("flights") / f"{stamp}-traj-{name}"
+    folder, number = base, 2
+    while folder.exists():
+        folder = base.with_name(f"{base.name}-{number}")
+        number += 1
+    return folder
+
+
+def _score_and_draw(
+    mission: MissionConfig, outcome: Outcome, folder: Path
+) -> TrackingFigures | None:
+    if outcome.scored_s is None:
+        return None
+    from companion.report.figure import draw_flight
+    from companion.report.flight_data import read_flight
+
+    data = read_flight(folder)
+    figures = tracking_figures(data, outcome.scored_s)
+    title = f"Trajectory {mission.trajectory}, {mission.controller}, {mission.vehicle}"
+    if mission.connect is None:
+        title += f", wind {mission.wind}, seed {mission.seed}"
+    draw_flight(data, outcome.scored_s, title, folder / "track.png")
+    return figures
+
+
+def _refuse(
+    config: FlightConfig, reason: str, request: FlyRequest, console: Console
+) -> OutcomeName:
+    outcome = Outcome("refused", False, reason, None, 0, 0, 0, None, None, 0.0, 0.0)
+    result = result_object(config.mission, outcome, None, wall_s=0.0, log_dir=None)
+    console.print(f"refused: {reason}", style="red")
+    if request.json_output:
+        _tell(result, request)
+    return "refused"
+
+
+def _tell(result: dict[str, Any], request: FlyRequest) -> None:
+    """The result on stdout: one JSON object, or a table."""
+    if request.json_output:
+        sys.stdout.write(json.dumps(result, ensure_ascii=False) + "\n")
+    else:
+        Console(highlight=False).print(result_table(result))

@@ -1,0 +1,92 @@
+"""Joins companion and shim by byte pipes on one virtual clock.
+
+The one module that may import both sides, and of the shim only its lockstep entry.  The same code
+as in real time runs here, and the same MAVLink bytes pass; only sockets and waiting are gone.
+"""
+
+import asyncio
+import contextlib
+from collections.abc import Callable
+
+from companion.config.resolve import FlightConfig
+from companion.flight.clock import run_in_virtual_time
+from companion.flight.conduct import Outcome, conduct
+from companion.flight.inbox import Inbox
+from companion.flight.observer import Observer
+from companion.flight.shim_process import ShimOptions
+from companion.link.memory import MemoryLink
+from companion.recording.flight_log import FlightLog
+from companion.trajectories.trajectory import Trajectory
+from sitl_shim import lockstep as shim_lockstep
+
+Tap = Callable[[bytes], bytes]
+"""Takes a datagram on its way and gives what arrives in its place."""
+
+
+def fly_in_lockstep(
+    config: FlightConfig,
+    trajectory: Trajectory,
+    log: FlightLog,
+    observer: Observer,
+    shim: ShimOptions,
+    *,
+    inbox: Inbox | None = None,
+    from_shim: Tap | None = None,
+    to_shim: Tap | None = None,
+) -> Outcome:
+    """Fly the embedded shim in simulated time, as fast as the processor allows.
+
+    Args:
+        config: mission, vehicle, controller.
+        trajectory: what to track.
+        log: open; closed by the caller.
+        observer: told what happens.
+        shim: which vehicle flies in which wind.
+        inbox: a person's commands; an empty one by default.
+        from_shim: may change each datagram to the companion; an empty one is lost.
+        to_shim: the same for the other way.
+    """
+    return run_in_virtual_time(
+        _fly(config, trajectory, log, observer, shim, inbox or Inbox(), from_shim, to_shim)
+    )
+
+
+async def _fly(
+    config: FlightConfig,
+    trajectory: Trajectory,
+    log: FlightLog,
+    observer: Observer,
+    options: ShimOptions,
+    inbox: Inbox,
+    from_shim: Tap | None,
+    to_shim: Tap | None,
+) -> Outcome:
+    def to_companion(data: bytes) -> None:
+        arriving = data if from_shim is None else from_shim(data)
+        if arriving:
+            link.receive(arriving)
+
+    def to_vehicle(data: bytes) -> None:
+        arriving = data if to_shim is None else to_shim(data)
+        if arriving:
+            shim.receive(arriving)
+
+    shim = shim_lockstep.LockstepShim(
+        shim_lockstep.ShimOptions(
+            autopilot=options.autopilot,
+            vehicle=options.vehicle,
+            scenario=options.scenario,
+            seed=options.seed,
+        ),
+        to_companion,
+    )
+    link = MemoryLink(to_vehicle, "the embedded shim, in lockstep")
+    await link.open()
+    flying_shim = asyncio.get_running_loop().create_task(shim.run())
+    try:
+        return await conduct(config, trajectory, link, log, inbox, observer, real_time=False)
+    finally:
+        link.close()
+        flying_shim.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await flying_shim
