@@ -78,7 +78,7 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
         f"--seed={options.seed}",
         f"--speed={options.speed}",
         "--onboard-port=0",
-        f"--onboard-remote=127.0.0.1:{companion_port}",
+        f"--onboard-remote={companion_port}",
         "--gcs-port=0",
         "--exit-with-parent",
         stdin=asyncio.subprocess.PIPE,

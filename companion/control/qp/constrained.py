@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from companion.control.qp.condensed import AxisProblem
-from companion.control.qp.port import QpSolver, QpSolverFactory
+from companion.control.qp.port import QpSolverFactory
 from companion.control.reference_model import Array
 
 _SLACK_WEIGHT = 30.0
@@ -39,7 +39,7 @@ class AxisSolution:
 
 
 class ConstrainedAxis:
-    """Solvers of one axis, set up when first needed and warm-started from then on."""
+    """Solvers of one axis, set up at construction (which may take long) and warm-started."""
 
     def __init__(
         self, problem: AxisProblem, second_limit: float, make_solver: QpSolverFactory
@@ -53,9 +53,8 @@ class ConstrainedAxis:
         """
         self._problem = problem
         self._limit = second_limit
-        self._make_solver = make_solver
-        self._hard: QpSolver | None = None
-        self._soft: QpSolver | None = None
+        self._hard = make_solver(problem.hessian, problem.second_difference)
+        self._soft = make_solver(*_with_slacks(problem))
 
     def solve(
         self, data: Array, previous_m: float, before_m: float, bounds: SoftBounds
@@ -70,8 +69,6 @@ class ConstrainedAxis:
         """
         problem = self._problem
         n = problem.hessian.shape[0]
-        if self._hard is None:
-            self._hard = self._make_solver(problem.hessian, problem.second_difference)
         past = np.zeros(n)
         past[0] = before_m - 2.0 * previous_m
         past[1] += previous_m
@@ -93,8 +90,6 @@ class ConstrainedAxis:
         if excess <= _TOLERANCE:
             return AxisSolution(hard.x, hard.status, hard.iterations)
 
-        if self._soft is None:
-            self._soft = self._make_solver(*_with_slacks(problem))
         soft = self._soft.solve(
             np.concatenate([gradient, np.zeros(2 * n)]),
             np.concatenate(

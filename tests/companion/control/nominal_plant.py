@@ -4,7 +4,6 @@ Second-order attitude (ωn 12 rad/s, ζ 0.8), thrust with a 40 ms lag, drag 0.15
 15 ms of delay each way, 1 mm and 1.5 cm/s of noise.  The full vehicle lives behind MAVLink.
 """
 
-import math
 from collections import deque
 
 import numpy as np
