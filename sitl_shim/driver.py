@@ -71,10 +71,14 @@ class LoopDriver:
             else:
                 self._start += max(0.0, behind_s - _MOST_BEHIND_S)
         except Exception as error:
-            if self._failed is not None and not self._failed.done():
-                self._failed.set_exception(error)
+            self._fail(error)
             return
         self._set_timer()
+
+    def _fail(self, error: Exception) -> None:
+        """End `run` with an error that came up in a timer."""
+        if self._failed is not None and not self._failed.done():
+            self._failed.set_exception(error)
 
     def _step(self, loop: asyncio.AbstractEventLoop) -> None:
         self._tick += 1
@@ -92,5 +96,8 @@ class LoopDriver:
         if self._loop is None:
             return
         deliver = self._deliver
-        for _, link, data in datagrams:
-            deliver(link, data)
+        try:
+            for _, link, data in datagrams:
+                deliver(link, data)
+        except Exception as error:
+            self._fail(error)

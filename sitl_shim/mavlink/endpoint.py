@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from itertools import islice
 from typing import NamedTuple
 
-from sitl_shim.autopilot.interface import AttitudeTarget
+from sitl_shim.autopilot.interface import AttitudeTarget, Command
 from sitl_shim.frames import attitude_from_wire, swap_flu_frd
 from sitl_shim.mavlink import parameters
 from sitl_shim.mavlink.commands import (
@@ -18,12 +18,10 @@ from sitl_shim.mavlink.commands import (
 from sitl_shim.mavlink.link import AUTOPILOT_COMPONENT_ID, Link
 from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
 from sitl_shim.mavlink.statustext import status_messages
-from sitl_shim.mavlink.streams import LinkKind
+from sitl_shim.mavlink.streams import LISTENS_FROM_US, LinkKind
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import ShimOptions, Simulation
 
-LISTENS_FROM_US = 440_000
-"""Boot time from which PX4 answers and streams."""
 _PARAMETERS_PER_TICK = 4
 _GROUND_STATION = 6
 """MAV_TYPE_GCS."""
@@ -67,6 +65,7 @@ class Shim:
         self._command_delay_us = vehicle.command_delay_s * 1e6
         self._telemetry_delay_s = vehicle.telemetry_delay_s
         self._incoming: deque[tuple[float, int, bytes]] = deque()
+        self._commands: list[tuple[Link, Message, Command]] = []
         self._text_id = 0
 
     @property
@@ -89,6 +88,8 @@ class Shim:
             _, link, data = incoming.popleft()
             self._deliver(link, data)
         sim.control()
+        if self._commands:
+            self._carry_out_commands()
         return self._collect()
 
     def _collect(self) -> list[Datagram]:
@@ -189,13 +190,20 @@ class Shim:
             for reply in (*replies, acknowledgement(message, result)):
                 link.send(reply)
             return
-        acknowledgements = sim.autopilot.receive_command(command)
-        if acknowledgements is None:
-            link.send(acknowledgement(message, UNSUPPORTED))
-            return
-        for ack in acknowledgements:
-            due_us = sim.time_us + ack.delay_us
-            link.send_later(acknowledgement(message, ack.result), due_us)
+        self._commands.append((link, message, command))
+
+    def _carry_out_commands(self) -> None:
+        """The autopilot looks at its commands after its control loop has run."""
+        sim = self.simulation
+        for link, message, command in self._commands:
+            acknowledgements = sim.autopilot.receive_command(command)
+            if acknowledgements is None:
+                link.send(acknowledgement(message, UNSUPPORTED))
+                continue
+            for ack in acknowledgements:
+                due_us = sim.time_us + ack.delay_us
+                link.send_later(acknowledgement(message, ack.result), due_us)
+        self._commands = []
 
     def _handle_parameter(self, link: Link, message: Message, name: str) -> None:
         store = self.simulation.autopilot.parameters

@@ -1,6 +1,6 @@
 """Which messages are streamed, how often, and when each is next due.
 
-Due times lie on a grid of the message's interval from boot on, and messages leave at the
+Due times lie on a grid of the message's interval, the same for all links, and messages leave at the
 autopilot's ticks of 4 ms: at 10 ms apart the steps are 8 and 12 ms.  Measured rates per link of
 PX4 v1.17.
 """
@@ -139,6 +139,10 @@ RATES_HZ: dict[LinkKind, Mapping[int, float]] = {
 }
 """Rates at which each kind of link starts, by message id."""
 
+LISTENS_FROM_US = 440_000
+"""Boot time from which PX4 answers and streams."""
+_GRID_ORIGIN_US = 200_000
+"""Due times are whole intervals from here: PX4's first heartbeat comes 1.2 s after boot."""
 _EVERY_TICK_US = 4_000
 _EVERY_SECOND_TICK_US = 8_000
 _SLOW_IDS = frozenset(
@@ -175,7 +179,7 @@ class StreamSet:
         self._intervals = dict(self._defaults)
         self._active: list[list[int]] = []
         self._next_us = 0
-        self._schedule(0)
+        self._schedule(LISTENS_FROM_US)
 
     def interval_us(self, message_id: int) -> int | None:
         """The interval asked for; -1 when stopped, None for a message that is no stream."""
@@ -227,4 +231,5 @@ class StreamSet:
 
 
 def _next_on_grid(now_us: int, interval_us: int) -> int:
-    return (now_us // interval_us + 1) * interval_us
+    steps = (now_us - _GRID_ORIGIN_US) // interval_us + 1
+    return _GRID_ORIGIN_US + steps * interval_us

@@ -12,6 +12,11 @@ from sitl_shim.frames import Vector3
 _TRAJECTORY_GAIN = 0.3
 """Approach a goal with this share of the acceleration limit (PX4's MPC_XY_TRAJ_P's default)."""
 
+_OFF_THE_GROUND_M = 0.05
+_LIFT_OFF_RATE_M_S = 0.2
+_TAKEOFF_ACCELERATION_M_S2 = 0.4
+"""As gentle as PX4 was measured: 2.5 m in 6 to 8 s, the spool-up included."""
+
 
 class FlightTask:
     """The setpoint generator of one stay in an autonomous mode.
@@ -35,6 +40,7 @@ class FlightTask:
         "_landing",
         "_make",
         "_parameters",
+        "_start_z",
         "_target",
         "_velocity",
         "_yaw",
@@ -58,6 +64,7 @@ class FlightTask:
         self._home = home_enu_m
         self._yaw = heading_of(motion.attitude_flu_to_enu)
         x, y, z = self._target = motion.position_enu_m
+        self._start_z = z
         vx, vy, vz = self._velocity = motion.velocity_enu_m_s
         self._landing = False
         speed = math.hypot(vx, vy)
@@ -132,6 +139,7 @@ class FlightTask:
         x, y = self._step_xy(goal_xy)
         parameters = self._parameters
         distance = goal_z - self._target[2]
+        climbing = self.mode is Mode.AUTO_TAKEOFF
         limit = up_m_s if distance > 0.0 else parameters["MPC_Z_VEL_MAX_DN"]
         acceleration = parameters["MPC_ACC_UP_MAX" if distance > 0.0 else "MPC_ACC_DOWN_MAX"]
         wanted = math.copysign(
@@ -142,6 +150,8 @@ class FlightTask:
             ),
             distance,
         )
+        if climbing:
+            wanted = min(wanted, self._takeoff_rate_m_s(motion))
         rate = self._slew_z(wanted)
         z = self._target[2] + rate * TICK_S
         # The target waits for a vehicle that cannot follow, for instance on the ground.
@@ -150,6 +160,12 @@ class FlightTask:
         return TrajectorySetpoint(
             (x, y), (self._velocity[0], self._velocity[1]), z, rate, self._yaw
         )
+
+    def _takeoff_rate_m_s(self, motion: Motion) -> float:
+        """Climb rate that a take-off may ask for: little on the ground, then growing gently."""
+        if motion.position_enu_m[2] - self._start_z < _OFF_THE_GROUND_M:
+            return _LIFT_OFF_RATE_M_S
+        return self._velocity[2] + _TAKEOFF_ACCELERATION_M_S2 * TICK_S
 
     def _step_xy(self, goal: tuple[float, float]) -> tuple[float, float]:
         """Move the target towards a goal at limited speed and acceleration."""

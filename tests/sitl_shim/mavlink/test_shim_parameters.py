@@ -1,0 +1,141 @@
+"""The parameter protocol over PX4's names; and that what is set acts."""
+
+import struct
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sitl_shim.mavlink.parameters import decode_value, encode_value
+from sitl_shim.mavlink.streams import LinkKind
+from sitl_shim.mavlink.wire import dialect
+from sitl_shim.simulation import ShimOptions
+from tests.sitl_shim.mavlink.shim_client import ARM, ShimClient
+
+_INT32, _REAL32, _UINT32 = 6, 9, 5
+
+
+@pytest.fixture
+def client() -> ShimClient:
+    shim_client = ShimClient(ShimOptions(seed=1))
+    shim_client.boot()
+    return shim_client
+
+
+def _read(client: ShimClient, name: str, index: int = -1) -> None:
+    client.send(dialect.MAVLink_param_request_read_message(1, 1, name.encode(), index))
+    client.run(0.1)
+
+
+def _set(client: ShimClient, name: str, value: float, kind: int) -> None:
+    client.send(dialect.MAVLink_param_set_message(1, 1, name.encode(), value, kind))
+    client.run(0.1)
+
+
+def test_the_list_begins_with_the_hash_and_holds_each_parameter_once(client: ShimClient) -> None:
+    client.send(dialect.MAVLink_param_request_list_message(1, 1))
+    client.run(1.0)
+    values = client.messages("PARAM_VALUE")
+    assert (values[0].param_id, values[0].param_index, values[0].param_type) == (
+        "_HASH_CHECK",
+        65535,
+        _UINT32,
+    )
+    rest = values[1:]
+    assert [m.param_index for m in rest] == list(range(rest[0].param_count))
+    names = [m.param_id for m in rest]
+    assert names == sorted(set(names))
+    assert {"MC_ROLL_P", "MPC_XY_P", "COM_OF_LOSS_T", "MIS_TAKEOFF_ALT"} <= set(names)
+
+
+def test_a_parameter_is_read_by_name_or_by_index(client: ShimClient) -> None:
+    _read(client, "MPC_XY_P")
+    by_name = client.last("PARAM_VALUE")
+    assert by_name.param_value == pytest.approx(0.95)
+    assert by_name.param_type == _REAL32
+    _read(client, "", by_name.param_index)
+    assert client.last("PARAM_VALUE").param_id == "MPC_XY_P"
+
+
+def test_integers_travel_bytewise(client: ShimClient) -> None:
+    five = struct.unpack("<f", struct.pack("<i", 5))[0]
+    _set(client, "COM_OBL_RC_ACT", five, _INT32)
+    assert client.last("PARAM_VALUE").param_value == five
+    assert client.simulation.autopilot.parameters["COM_OBL_RC_ACT"] == 5.0
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "kind", "error"),
+    [
+        ("NO_SUCH", 1.0, _REAL32, 1),
+        ("COM_OBL_RC_ACT", 5.0, _REAL32, 7),
+        ("COM_OF_LOSS_T", -3.0, _REAL32, 2),
+        ("MC_ROLL_P", float("nan"), _REAL32, 2),
+    ],
+)
+def test_what_does_not_fit_is_a_param_error_and_changes_nothing(
+    client: ShimClient, name: str, value: float, kind: int, error: int
+) -> None:
+    before = client.simulation.autopilot.parameters.hash()
+    client.forget()
+    _set(client, name, value, kind)
+    refusal = client.last("PARAM_ERROR")
+    assert (refusal.param_id, refusal.error) == (name, error)
+    assert (refusal.target_system, refusal.target_component) == (1, 191)
+    assert client.messages("PARAM_VALUE") == []
+    assert client.simulation.autopilot.parameters.hash() == before
+
+
+def test_an_unknown_name_or_index_is_a_param_error(client: ShimClient) -> None:
+    _read(client, "NO_SUCH")
+    _read(client, "", 5000)
+    assert [m.error for m in client.messages("PARAM_ERROR")] == [1, 1]
+    assert client.messages("PARAM_VALUE") == []
+
+
+def test_a_change_is_told_on_every_link_and_changes_the_hash() -> None:
+    client = ShimClient(ShimOptions(), (LinkKind.ONBOARD, LinkKind.GROUND_STATION))
+    client.boot()
+    _read(client, "_HASH_CHECK")
+    before = client.last("PARAM_VALUE").param_value
+    _set(client, "MPC_XY_P", 1.0, _REAL32)
+    assert client.last("PARAM_VALUE", link=1).param_value == 1.0
+    _read(client, "_HASH_CHECK")
+    assert client.last("PARAM_VALUE").param_value != before
+
+
+def test_parameters_of_other_systems_are_none_of_its_business(client: ShimClient) -> None:
+    client.send(dialect.MAVLink_param_set_message(2, 1, b"MPC_XY_P", 1.5, _REAL32))
+    client.send(dialect.MAVLink_param_request_list_message(2, 1))
+    client.run(0.2)
+    assert client.messages("PARAM_VALUE") == []
+
+
+@settings(deadline=None, derandomize=True)
+@given(value=st.integers(-(2**20), 2**20))
+def test_encoding_an_integer_loses_nothing(value: int) -> None:
+    assert decode_value(encode_value(value, _INT32), _INT32) == value
+
+
+def test_the_take_off_altitude_that_was_set_is_flown(client: ShimClient) -> None:
+    _set(client, "MIS_TAKEOFF_ALT", 4.0, _REAL32)
+    client.command(ARM, 1)
+    client.take_off()
+    client.run(14.0)
+    assert client.simulation.state.position_enu_m[2] == pytest.approx(4.0, abs=0.2)
+
+
+def test_a_gain_that_was_set_acts_at_once() -> None:
+    def tilt_after(gain: float) -> float:
+        client = ShimClient(ShimOptions(seed=1, airborne_at_enu_m=(0.0, 0.0, 30.0)))
+        client.run(0.5)
+        _set(client, "MC_ROLL_P", gain, _REAL32)
+        client.start_stream((0.7071, 0.0, 0.0, 0.7071), 0.49)
+        client.run(0.5)
+        client.set_mode(0x00060000)
+        client.run(1.0)
+        client.every(0.01, lambda: client.setpoint((0.7044, 0.0616, 0.0616, 0.7044), 0.49))
+        client.run(0.25)
+        return float(client.last("ATTITUDE").roll)
+
+    assert tilt_after(8.0) > 1.3 * tilt_after(3.0)
