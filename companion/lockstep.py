@@ -9,6 +9,7 @@ import contextlib
 from collections.abc import Callable
 
 from companion.config.resolve import FlightConfig
+from companion.control.qp.port import QpSolverFactory
 from companion.flight.clock import run_in_virtual_time
 from companion.flight.conduct import Outcome, conduct
 from companion.flight.inbox import Inbox
@@ -20,7 +21,7 @@ from companion.trajectories.trajectory import Trajectory
 from sitl_shim import lockstep as shim_lockstep
 
 Tap = Callable[[bytes], bytes]
-"""Takes a datagram on its way and gives what arrives in its place."""
+"""Takes a datagram on its way and gives what arrives in its place; the loop's clock is running."""
 
 
 def fly_in_lockstep(
@@ -33,6 +34,7 @@ def fly_in_lockstep(
     inbox: Inbox | None = None,
     from_shim: Tap | None = None,
     to_shim: Tap | None = None,
+    make_solver: QpSolverFactory | None = None,
 ) -> Outcome:
     """Fly the embedded shim in simulated time, as fast as the processor allows.
 
@@ -45,9 +47,20 @@ def fly_in_lockstep(
         inbox: a person's commands; an empty one by default.
         from_shim: may change each datagram to the companion; an empty one is lost.
         to_shim: the same for the other way.
+        make_solver: a QP solver in place of the configured one.
     """
     return run_in_virtual_time(
-        _fly(config, trajectory, log, observer, shim, inbox or Inbox(), from_shim, to_shim)
+        _fly(
+            config,
+            trajectory,
+            log,
+            observer,
+            shim,
+            inbox or Inbox(),
+            from_shim,
+            to_shim,
+            make_solver,
+        )
     )
 
 
@@ -60,6 +73,7 @@ async def _fly(
     inbox: Inbox,
     from_shim: Tap | None,
     to_shim: Tap | None,
+    make_solver: QpSolverFactory | None,
 ) -> Outcome:
     def to_companion(data: bytes) -> None:
         arriving = data if from_shim is None else from_shim(data)
@@ -77,6 +91,7 @@ async def _fly(
             vehicle=options.vehicle,
             scenario=options.scenario,
             seed=options.seed,
+            speed=options.speed,
         ),
         to_companion,
     )
@@ -84,7 +99,16 @@ async def _fly(
     await link.open()
     flying_shim = asyncio.get_running_loop().create_task(shim.run())
     try:
-        return await conduct(config, trajectory, link, log, inbox, observer, real_time=False)
+        return await conduct(
+            config,
+            trajectory,
+            link,
+            log,
+            inbox,
+            observer,
+            real_time=False,
+            make_solver=make_solver,
+        )
     finally:
         link.close()
         flying_shim.cancel()

@@ -9,6 +9,7 @@ from companion.control.l1_adaptive import L1Gains
 from companion.control.mpc import Mpc, MpcSettings
 from companion.control.qp.condensed import Weights
 from companion.control.qp.osqp_solver import OsqpSolver
+from companion.control.qp.port import QpSolverFactory
 from companion.control.thrust import ThrustGains
 from companion.control.yaw import YawGains
 from companion.flight.supervisor import SupervisorLimits
@@ -46,9 +47,19 @@ def infeasibilities(
 
 
 def make_stack(
-    controller: ControllerConfig, vehicle: VehicleConfig, mission: MissionConfig
+    controller: ControllerConfig,
+    vehicle: VehicleConfig,
+    mission: MissionConfig,
+    make_solver: QpSolverFactory | None = None,
 ) -> MpcL1:
-    """The stack of control laws that a controller's file describes."""
+    """The stack of control laws that a controller's file describes.
+
+    Args:
+        controller: its gains.
+        vehicle: its limits.
+        mission: its geofence.
+        make_solver: a solver in place of the one that the controller's file names.
+    """
     l1, mpc = controller.l1, controller.mpc
     speed = vehicle.speed_limit_m_s
     settings = MpcSettings(
@@ -65,7 +76,7 @@ def make_stack(
     )
     thrust = controller.thrust
     return MpcL1(
-        outer=Mpc(settings, _SOLVERS[mpc.solver]),
+        outer=Mpc(settings, make_solver or _SOLVERS[mpc.solver]),
         inner=L1Gains(l1.m, l1.omega, l1.k, l1.gamma, l1.sigma_bound, l1.projection_margin),
         thrust=ThrustGains(
             proportional=thrust.proportional,

@@ -5,19 +5,26 @@ The same for real time and lockstep: whoever calls it brings the link and the lo
 
 import asyncio
 import contextlib
+import traceback
+from collections.abc import AsyncIterator, Coroutine, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from functools import partial
+from typing import Any, Literal
 
 from companion.config.resolve import FlightConfig
+from companion.control.qp.port import QpSolverFactory
 from companion.flight.assemble import make_stack, supervisor_limits
+from companion.flight.authority import Authority
 from companion.flight.connection import Connection
 from companion.flight.control_loop import ControlLoop
+from companion.flight.crew import Flight
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.inbox import Inbox
 from companion.flight.observer import Observer
-from companion.flight.phases import Flight, fly
+from companion.flight.phases import fly
 from companion.flight.setpoint_stream import SetpointStream
 from companion.flight.timing import Percentiles, Punctuality, measure_timer_noise, percentiles_ms
+from companion.flight.voice import Voice
 from companion.link.link import Link
 from companion.mavlink.dialects.px4 import Px4
 from companion.mavlink.messages import VehicleStateOfHealth
@@ -59,6 +66,7 @@ async def conduct(
     *,
     real_time: bool,
     lost: "asyncio.Future[LinkLostError] | None" = None,
+    make_solver: QpSolverFactory | None = None,
 ) -> Outcome:
     """Fly over a link.
 
@@ -71,52 +79,55 @@ async def conduct(
         observer: told what happens.
         real_time: whether latencies mean anything.
         lost: done when it is known that the vehicle is gone (the embedded shim has died).
+        make_solver: a QP solver in place of the configured one.
     """
     connection = Connection(link, Px4(), log)
+    voice = Voice(observer, log, connection.say)
     control = ControlLoop(
-        make_stack(config.controller, config.vehicle, config.mission),
+        make_stack(config.controller, config.vehicle, config.mission, make_solver),
         supervisor_limits(config.mission),
     )
     punctuality = Punctuality(period_s=1.0 / config.mission.state_rate_hz)
-    stream = SetpointStream(connection, control, log, observer, punctuality)
+    stream = SetpointStream(connection, control, log, voice, punctuality)
     flight = Flight(
-        config.mission, config.controller.yaw, trajectory, connection, stream, inbox, observer
+        config.mission,
+        config.controller.yaw,
+        trajectory,
+        connection,
+        stream,
+        inbox,
+        Authority(connection, stream, inbox, voice),
+        voice,
     )
+    connection.on_trouble = partial(voice.tell, "error")
+    connection.reports.on_text = voice.heard
     if lost is not None:
-        lost.add_done_callback(lambda future: connection.fail(future.result()))
+        lost.add_done_callback(lambda future: connection.waiting.fail(future.result()))
     noise: list[float] = []
-
-    def tell(text: str) -> None:
-        observer.message("error", text)
-        log.record("event", loop.time(), {"severity": "error", "text": text})
-
-    loop = asyncio.get_running_loop()
     helpers = [
-        loop.create_task(connection.housekeeping(config.mission.timeouts.link_lost_s, tell)),
-        loop.create_task(stream.watch()),
+        connection.housekeeping(config.mission.timeouts.link_lost_s, partial(voice.tell, "error")),
+        stream.watch(),
     ]
     if real_time:
-        helpers.append(loop.create_task(measure_timer_noise(noise)))
-    scored = None
+        helpers.append(measure_timer_noise(noise))
     completed, name, note = False, "aborted", ""
     try:
-        ending = await fly(flight)
-        name = "landed" if ending.landed else "aborted"
-        completed, note = ending.completed, ending.note
+        async with _helped(helpers, connection, stream):
+            ending = await fly(flight)
+            name = "landed" if ending.landed else "aborted"
+            completed, note = ending.completed, ending.note
     except FlightRefusedError as error:
         name, note = "refused", str(error)
     except FlightAbortedError as error:
         note = str(error)
-    finally:
-        stream.stop()
-        connection.health = VehicleStateOfHealth.STANDBY
-        for task in helpers:
-            task.cancel()
-        for task in helpers:
-            with contextlib.suppress(asyncio.CancelledError):
-                await task
+    except Exception as error:
+        # Armed or not, the stream has stopped; what is left is to say so and to keep the log.
+        note = f"The companion failed ({type(error).__name__}: {error}) and stopped commanding."
+        text = "".join(traceback.format_exception(error))
+        log.record("event", asyncio.get_running_loop().time(), {"severity": "error", "text": text})
     if note:
-        log.record("event", loop.time(), {"severity": "info", "text": note})
+        voice.tell("info" if name == "landed" else "error", note)
+    scored = None
     if control.timeline is not None:
         scored = control.timeline.scored_s
     state = connection.state
@@ -133,3 +144,35 @@ async def conduct(
         r_max_active_share=stream.plans_at_r_max / max(1, stream.plans),
         flight_s=0.0 if state is None else state.time_s,
     )
+
+
+@contextlib.asynccontextmanager
+async def _helped(
+    helpers: Sequence[Coroutine[Any, Any, None]], connection: Connection, stream: SetpointStream
+) -> AsyncIterator[None]:
+    """Run tasks beside the flight; stop the stream at its end, then them.
+
+    A helper that dies ends the flight: without it the companion would be deaf or blind.
+    """
+    loop = asyncio.get_running_loop()
+
+    def on_end(task: "asyncio.Task[None]") -> None:
+        error = None if task.cancelled() else task.exception()
+        if error is not None:
+            text = f"The companion failed ({type(error).__name__}: {error}): handing over"
+            connection.waiting.fail(
+                FlightAbortedError(f"{text}; {connection.dialect.hand_over.explanation}.")
+            )
+            stream.stop(text)
+
+    tasks = [loop.create_task(helper) for helper in helpers]
+    for task in tasks:
+        task.add_done_callback(on_end)
+    try:
+        yield
+    finally:
+        stream.stop()
+        connection.health = VehicleStateOfHealth.STANDBY
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

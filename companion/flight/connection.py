@@ -1,25 +1,25 @@
-"""The vehicle on the other end of the link: its newest reports, and exchanges with it.
+"""The vehicle on the other end of the link: bytes to and from it, sorted and recorded.
 
-Everything that comes in is recorded, then sorted; everything that goes out passes `send` and is
-recorded after it went.  Waiting always has a time-out that names what is missing.
+Everything that comes in is sorted, then recorded; everything that goes out passes `send` and is
+recorded after it went.
 """
 
 import asyncio
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Protocol
 
-from companion.flight.errors import FlightAbortedError, LinkLostError
+from companion.flight.errors import LinkLostError
+from companion.flight.exchanges import Exchanges
+from companion.flight.reports import REPORT_IDS, Reports
+from companion.flight.waiting import Waiting
 from companion.link.link import Link
 from companion.mavlink.codec import Packer, decode
-from companion.mavlink.command_exchange import CommandExchange, CommandQueue
-from companion.mavlink.commands import Command, ack_from_frame, message_interval
+from companion.mavlink.commands import ack_from_frame
+from companion.mavlink.dialect import message_name
 from companion.mavlink.dialects.base import AutopilotDialect, Readiness
-from companion.mavlink.exchange import Verdict
 from companion.mavlink.framing import Frame, Framer
 from companion.mavlink.messages import (
-    BASE_MODE_ARMED,
     MessageId,
     Outgoing,
     Severity,
@@ -28,7 +28,6 @@ from companion.mavlink.messages import (
     heartbeat,
     status_texts,
 )
-from companion.mavlink.mode_change import ModeChange
 from companion.mavlink.peers import PeerTable
 from companion.mavlink.telemetry import Rejected, is_truth, state_from_odometry
 from companion.mavlink.timesync import ClockEstimator
@@ -37,6 +36,7 @@ from companion.vehicle_state import VehicleState
 _HOUSEKEEPING_S = 0.05
 _HEARTBEAT_S = 1.0
 _SILENCE_TOLD_S = 1.0
+_TEXT_IDS = 0xFFFF
 
 
 class FrameLog(Protocol):
@@ -49,53 +49,37 @@ class FrameLog(Protocol):
         """A sent frame."""
 
 
-@dataclass(slots=True)
-class Reports:
-    """The newest of what the vehicle says about itself."""
-
-    armed: bool = False
-    custom_mode: int | None = None
-    system_status: int = 0
-    landed_state: int = 0
-    sensors: tuple[int, int, int] | None = None
-    """Masks present, enabled, health of SYS_STATUS."""
-    battery_remaining: float = math.nan
-    texts: list[str] = field(default_factory=list)
-    """STATUSTEXTs, oldest first."""
-
-
 class Connection:
     """A link with a vehicle behind it."""
 
     def __init__(self, link: Link, dialect: AutopilotDialect, log: FrameLog) -> None:
         self.dialect = dialect
-        self.reports = Reports()
+        self.waiting = Waiting()
+        self.exchanges = Exchanges(self.waiting, self.send, dialect)
+        self.reports = Reports(on_mode=self._on_mode)
         self.clock = ClockEstimator()
         self.peers = PeerTable()
         self.framer = Framer()
         self.health = VehicleStateOfHealth.ACTIVE
         """What our own heartbeat says of us."""
         self.state: VehicleState | None = None
-        self.state_received_s = -math.inf
         self.heard_s = -math.inf
         """When anything came from the vehicle last."""
         self.samples = 0
         """Usable samples of the state so far."""
         self.rejected_samples = 0
+        self.rejected_because = ""
+        """What was wrong with the newest sample; empty if it was usable."""
         self.on_state: Callable[[VehicleState, float], None] | None = None
-        """Called with each usable sample and the loop's time at which it came."""
-        self.on_mode: Callable[[int], None] | None = None
-        """Called when the vehicle reports another mode."""
-        self.interrupted: Callable[[], Exception | None] = lambda: None
-        """An error that ends whatever is waited for; None to wait on."""
+        """Called with each usable sample and the loop's time at which it came; must not raise."""
+        self.on_trouble: Callable[[str], None] | None = None
+        """Told, once for each kind of message, what could not be dealt with."""
         self._link = link
         self._log = log
         self._packer = Packer(1)
-        self._commands = CommandQueue()
-        self._mode_change: ModeChange | None = None
         self._heartbeat_due_s = -math.inf
-        self._waiters: list[tuple[Callable[[], bool], asyncio.Future[None]]] = []
-        self._failure: BaseException | None = None
+        self._text_id = 0
+        self._troubles: dict[str, int] = {}
         link.on_bytes = self._on_bytes
 
     @property
@@ -122,6 +106,10 @@ class Connection:
             return Readiness(False, ("no SYS_STATUS came yet",))
         return self.dialect.readiness(*self.reports.sensors)
 
+    def loop_seconds(self, autopilot_seconds: float) -> float:
+        """How long a time of the autopilot's clock is by ours."""
+        return autopilot_seconds / max(0.1, self.clock.rate if self.clock.valid else 1.0)
+
     def send(self, outgoing: Outgoing) -> None:
         """Send a message, then record it."""
         raw = self._packer.pack(outgoing)
@@ -129,21 +117,19 @@ class Connection:
         self._log.frame_out(asyncio.get_running_loop().time(), raw)
 
     def say(self, severity: Severity, text: str) -> None:
-        """Tell the ground station, by STATUSTEXT."""
-        for chunk in status_texts(severity, text, text_id=len(text) or 1):
+        """Tell the ground station, by STATUSTEXT; nobody listens before the vehicle is known."""
+        if self.peers.vehicle is None:
+            return
+        self._text_id = self._text_id % _TEXT_IDS + 1
+        for chunk in status_texts(severity, text, self._text_id):
             self.send(chunk)
 
-    def fail(self, error: BaseException) -> None:
-        """End every wait, present and coming, with an error: the vehicle is gone."""
-        self._failure = error
-        self.wake()
-
     async def housekeeping(self, lost_after_s: float, tell: Callable[[str], None]) -> None:
-        """Keep heartbeat, clock and exchanges going, until cancelled.
+        """Keep heartbeat, clock and exchanges going, until cancelled or the link is lost.
 
         Args:
             lost_after_s: the link counts as lost after this long in silence.
-            tell: told once when the vehicle falls silent.
+            tell: told when the vehicle falls silent.
         """
         loop = asyncio.get_running_loop()
         told = False
@@ -155,7 +141,7 @@ class Connection:
                     tell(f"nothing was heard from the autopilot for {_SILENCE_TOLD_S:g} s")
                 told = silence > _SILENCE_TOLD_S
                 if silence > lost_after_s:
-                    self.fail(
+                    self.waiting.fail(
                         LinkLostError(
                             f"Nothing was heard from the autopilot for {lost_after_s:g} s over "
                             f"{self.link_description}: the link is lost. What the vehicle does "
@@ -163,108 +149,34 @@ class Connection:
                         )
                     )
                     return
-                if now >= self._heartbeat_due_s:
-                    self._heartbeat_due_s = now + _HEARTBEAT_S
-                    self.send(heartbeat(self.health))
-                self._pump(now)
+                self._keep_up(now)
             await asyncio.sleep(_HOUSEKEEPING_S)
 
-    async def wait_until(
-        self, condition: Callable[[], bool], timeout_s: float | None, missing: Callable[[], str]
-    ) -> None:
-        """Wait until a condition on the reports holds.
-
-        Raises:
-            FlightAbortedError: it did not within the time; the text is what `missing` says.
-        """
-        error = self._failure or self.interrupted()
-        if error is not None:
-            raise error
-        if condition():
-            return
-        future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        entry = (condition, future)
-        self._waiters.append(entry)
+    def _keep_up(self, now_s: float) -> None:
+        """One round of housekeeping; it must go on whatever happens in it."""
         try:
-            await asyncio.wait_for(future, timeout_s)
-        except TimeoutError:
-            raise FlightAbortedError(missing()) from None
-        finally:
-            self._waiters.remove(entry)
-
-    async def command(self, command: Command) -> CommandExchange:
-        """Send a command and wait for its verdict, whatever that is."""
-        exchange = self._commands.submit(command)
-        self._pump(asyncio.get_running_loop().time())
-        await self.wait_until(
-            lambda: exchange.verdict is not Verdict.PENDING,
-            60.0,
-            lambda: f"no verdict on {command.label} within 60 s",
-        )
-        return exchange
-
-    async def change_mode(self, name: str) -> ModeChange:
-        """Ask for a mode and wait until the vehicle reports it, or refuses."""
-        change = ModeChange(
-            self.dialect.set_mode(self.target, name), self.dialect.custom_mode(name), name
-        )
-        self._mode_change = change
-        self._pump(asyncio.get_running_loop().time())
-        try:
-            await self.wait_until(
-                lambda: change.verdict is not Verdict.PENDING,
-                60.0,
-                lambda: f"no verdict on the change to mode {name} within 60 s",
-            )
-        finally:
-            self._mode_change = None
-        return change
-
-    async def request_streams(self, state_rate_hz: float) -> None:
-        """Ask for the dialect's streams, the state at the given rate; refusals are told."""
-        for stream in self.dialect.streams:
-            interval = stream.interval_s
-            if stream.message_id is MessageId.ODOMETRY:
-                interval = 1.0 / state_rate_hz
-            exchange = await self.command(
-                message_interval(self.target, int(stream.message_id), interval)
-            )
-            if exchange.verdict is not Verdict.ACCEPTED and stream.required:
-                raise FlightAbortedError(
-                    f"The autopilot does not stream {stream.message_id.name}, without which there "
-                    f"is no flight: {exchange.explanation}."
-                )
-
-    def _pump(self, now_s: float) -> None:
-        """Send what is due of all exchanges."""
-        for outgoing in self.clock.outgoing(now_s):
-            self.send(outgoing)
-        for outgoing in self._commands.outgoing(now_s):
-            self.send(outgoing)
-        if self._mode_change is not None:
-            for outgoing in self._mode_change.outgoing(now_s):
+            if now_s >= self._heartbeat_due_s:
+                self._heartbeat_due_s = now_s + _HEARTBEAT_S
+                self.send(heartbeat(self.health))
+            for outgoing in self.clock.outgoing(now_s):
                 self.send(outgoing)
-        self.wake()
-
-    def wake(self) -> None:
-        """Look at all conditions that are waited for."""
-        for condition, future in list(self._waiters):
-            if future.done():
-                continue
-            error = self._failure or self.interrupted()
-            if error is not None:
-                future.set_exception(error)
-            elif condition():
-                future.set_result(None)
+            self.exchanges.pump(now_s)
+            self.waiting.wake()
+        except Exception as error:
+            self._trouble("housekeeping", error)
 
     def _on_bytes(self, data: bytes, received_s: float) -> None:
         frames = self.framer.feed(data)
         for frame in frames:
-            self._on_frame(frame, received_s)
+            try:
+                self._on_frame(frame, received_s)
+            except Exception as error:
+                # asyncio would swallow it, and what came behind it in this datagram.
+                self._trouble(message_name(frame.message_id), error)
         # Recorded after the setpoint went out: a slow disk must not delay the control.
         for frame in frames:
             self._log.frame_in(received_s, frame.raw)
-        self.wake()
+        self.waiting.wake()
 
     def _on_frame(self, frame: Frame, received_s: float) -> None:
         self.peers.on_frame(frame, received_s)
@@ -276,26 +188,26 @@ class Connection:
             return
         self.heard_s = received_s
         if message_id == MessageId.ODOMETRY:
-            sample = state_from_odometry(frame)
-            if isinstance(sample, Rejected):
-                self.rejected_samples += 1
-                return
-            self.samples += 1
-            self.state = sample
-            self.state_received_s = received_s
-            if self.on_state is not None:
-                self.on_state(sample, received_s)
+            self._on_odometry(frame, received_s)
         elif message_id == MessageId.TIMESYNC:
             for outgoing in self.clock.on_timesync(received_s, frame):
                 self.send(outgoing)
         elif message_id == MessageId.COMMAND_ACK:
-            ack = ack_from_frame(frame)
-            self._commands.on_ack(received_s, ack)
-            if self._mode_change is not None:
-                self._mode_change.on_ack(received_s, ack)
-            self._pump(received_s)
-        elif message_id in _DECODED:
-            self._on_report(frame)
+            self.exchanges.on_ack(received_s, ack_from_frame(frame))
+        elif message_id in REPORT_IDS:
+            self.reports.take(frame)
+
+    def _on_odometry(self, frame: Frame, received_s: float) -> None:
+        sample = state_from_odometry(frame)
+        if isinstance(sample, Rejected):
+            self.rejected_samples += 1
+            self.rejected_because = sample.reason
+            return
+        self.rejected_because = ""
+        self.samples += 1
+        self.state = sample
+        if self.on_state is not None:
+            self.on_state(sample, received_s)
 
     def _on_heartbeat(self, frame: Frame, received_s: float) -> None:
         message = decode(frame)
@@ -306,43 +218,15 @@ class Connection:
         self.heard_s = received_s
         if not vehicle_known:
             self._packer.system_id = frame.system_id
-        self.reports.armed = bool(message.base_mode & BASE_MODE_ARMED)
-        self.reports.system_status = int(message.system_status)
-        self._take_mode(int(message.custom_mode))
+        self.reports.take_heartbeat(message)
 
-    def _on_report(self, frame: Frame) -> None:
-        message = decode(frame)
-        reports = self.reports
-        if frame.message_id == MessageId.CURRENT_MODE:
-            self._take_mode(int(message.custom_mode))
-        elif frame.message_id == MessageId.SYS_STATUS:
-            reports.sensors = (
-                int(message.onboard_control_sensors_present),
-                int(message.onboard_control_sensors_enabled),
-                int(message.onboard_control_sensors_health),
-            )
-            if message.battery_remaining >= 0:
-                reports.battery_remaining = message.battery_remaining / 100.0
-        elif frame.message_id == MessageId.EXTENDED_SYS_STATE:
-            reports.landed_state = int(message.landed_state)
-        elif frame.message_id == MessageId.STATUSTEXT:
-            reports.texts.append(str(message.text).rstrip("\0\t "))
-            del reports.texts[:-50]
+    def _on_mode(self, custom_mode: int) -> None:
+        self.exchanges.on_mode(custom_mode)
+        # At once, not at the end of the datagram: a setpoint must not follow a takeover.
+        self.waiting.wake()
 
-    def _take_mode(self, custom_mode: int) -> None:
-        changed = custom_mode != self.reports.custom_mode
-        self.reports.custom_mode = custom_mode
-        if self._mode_change is not None:
-            self._mode_change.on_mode(custom_mode)
-        if changed and self.on_mode is not None:
-            self.on_mode(custom_mode)
-
-
-_DECODED = frozenset(
-    (
-        MessageId.CURRENT_MODE,
-        MessageId.SYS_STATUS,
-        MessageId.EXTENDED_SYS_STATE,
-        MessageId.STATUSTEXT,
-    )
-)
+    def _trouble(self, where: str, error: Exception) -> None:
+        count = self._troubles.get(where, 0)
+        self._troubles[where] = count + 1
+        if count == 0 and self.on_trouble is not None:
+            self.on_trouble(f"{where} could not be dealt with ({type(error).__name__}: {error})")

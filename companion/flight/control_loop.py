@@ -68,6 +68,11 @@ class ControlLoop:
         )
 
     @property
+    def state_age_limit_s(self) -> float:
+        """A state older than this is not flown on."""
+        return self._limits.state_age_limit_s
+
+    @property
     def timeline(self) -> Timeline | None:
         """The reference in use; None while holding."""
         return self._timeline
@@ -87,53 +92,57 @@ class ControlLoop:
         """Back to holding, with a clean ladder."""
         self._timeline = None
         self._memory = None
+        self._newest = None
         self._supervisor = SupervisorMemory()
         self._plan_status = "closed_form"
 
-    def on_sample(self, state: VehicleState, loop_delay_s: float) -> Output:
+    def on_sample(self, state: VehicleState, loop_delay_s: float) -> Output | None:
         """A new sample of the state arrived.
 
         Args:
-            state: the sample; one that is not later than the newest is not flown on.
+            state: the sample, not older than `state_age_limit_s`.
             loop_delay_s: from the sample's time until a setpoint sent now acts, s.
+
+        Returns:
+            What to send; None if the sample is not later than the newest: it is not flown on.
         """
         if self._newest is not None and state.time_s <= self._newest.time_s:
-            return Output(self.rung, "sample out of order", None, 0.0, None, "")
+            return None
         self._newest = state
         command: Command | None = None
         record: StackRecord | None = None
         problem = ""
         if self._timeline is not None and self.rung is not Rung.HAND_OVER:
-            if self._memory is None:
-                self._memory = self._stack.start(state, self._hover_force)
-                problem = RESTARTING if self.rung is Rung.LEVEL else ""
-            else:
-                command, record, problem = self._step(self._memory, state, loop_delay_s)
+            command, record, problem = self._control(self._timeline, state, loop_delay_s)
         self._judge(state.time_s, 0.0, problem)
         if self.rung is Rung.HAND_OVER:
             return Output(self.rung, self._supervisor.reason, None, 0.0, record, "hand over")
         if command is None:
             fallback = "level" if self.rung is Rung.LEVEL else ""
-            attitude, field = self._hold(state)
+            attitude, field = self._hold(state, state.velocity_enu_m_s[2])
             return Output(self.rung, self._supervisor.reason, attitude, field, record, fallback)
         fallback = _FALLBACKS.get(self._plan_status, "")
         attitude = command.attitude_flu_to_enu
         return Output(self.rung, "", attitude, command.thrust, record, fallback)
 
-    def on_silence(self, now_s: float, state_age_s: float) -> Output:
-        """No sample came in time: climb down the ladder.
+    def on_silence(self, now_s: float, state_age_s: float, why: str) -> Output | None:
+        """Time has passed without a sample that could be flown on.
 
         Args:
             now_s: the autopilot's clock, estimated.
             state_age_s: since the newest usable sample arrived.
+            why: what was wrong with what came instead; empty if nothing came.
+
+        Returns:
+            What to send in place of a controller's command; None while that is not needed.
         """
-        self._judge(now_s, state_age_s, "")
-        if self.rung is Rung.TRACK or self._newest is None:
-            return Output(self.rung, "", None, 0.0, None, "")
+        if self._newest is None or state_age_s <= self._limits.state_age_limit_s:
+            return None
+        self._judge(now_s, state_age_s, why)
         self._memory = None
         if self.rung is Rung.HAND_OVER:
             return Output(self.rung, self._supervisor.reason, None, 0.0, None, "hand over")
-        attitude, field = self._hold(self._newest)
+        attitude, field = self._hold(self._newest, 0.0)
         return Output(self.rung, self._supervisor.reason, attitude, field, None, "level")
 
     def desired_position(self, autopilot_time_s: float) -> Array | None:
@@ -143,26 +152,26 @@ class ControlLoop:
         position: Array = self._timeline.position(np.array([autopilot_time_s]))[0]
         return position
 
-    def _step(
-        self, memory: StackMemory, state: VehicleState, loop_delay_s: float
+    def _control(
+        self, timeline: Timeline, state: VehicleState, loop_delay_s: float
     ) -> tuple[Command | None, StackRecord | None, str]:
         """Run the controller; the text says what is wrong with its command, empty if nothing.
 
         Whatever goes wrong in there must end on the ladder, not in a dead stream.
         """
-        timeline = self._timeline
-        assert timeline is not None
-        tick = Tick(state, loop_delay_s, self._desired_yaw_rad)
+        memory, self._memory = self._memory, None
         try:
+            if memory is None:
+                self._memory = self._stack.start(state, self._hover_force)
+                return None, None, RESTARTING if self.rung is Rung.LEVEL else ""
+            tick = Tick(state, loop_delay_s, self._desired_yaw_rad)
             advanced, command, record = self._stack.step(memory, tick, timeline.position)
         except Exception as error:
-            self._memory = None
             return None, None, f"the controller failed ({type(error).__name__}: {error})"
         if record.outer is not None:
             self._plan_status = record.outer.status
         finite = all(math.isfinite(c) for c in (*command.attitude_flu_to_enu, command.thrust))
         if not finite or not 0.0 <= command.thrust <= 1.0:
-            self._memory = None
             return None, record, "the controller's command is not finite or out of bounds"
         self._memory = advanced
         self._hover_force = advanced.thrust.hover_force
@@ -173,10 +182,16 @@ class ControlLoop:
         facts = Facts(now_s, state_age_s, problem, solved)
         self._supervisor = judge(self._limits, self._supervisor, facts)
 
-    def _hold(self, state: VehicleState) -> tuple[Quaternion, float]:
-        """Level at the present heading, with the best guess of the hover thrust."""
+    def _hold(self, state: VehicleState, climb_rate_m_s: float) -> tuple[Quaternion, float]:
+        """Level at the present heading, with the thrust that ends a known climb rate.
+
+        A climb rate that is not known any more is given as 0: hover thrust.
+        """
         gains = self._stack.thrust
         cosine = max(0.7, tilt_cosine(state.attitude_flu_to_enu))
-        field = thrust.thrust_from_force(self._hover_force / cosine, gains.thrust_curve)
+        limit = gains.maximum_acceleration_m_s2
+        correction = max(-limit, min(limit, -gains.proportional * climb_rate_m_s))
+        force = self._hover_force * (1.0 + correction / thrust.GRAVITY_M_S2) / cosine
+        field = thrust.thrust_from_force(max(0.0, force), gains.thrust_curve)
         field = max(gains.minimum_thrust, min(gains.maximum_thrust, field))
         return quaternion_from_euler(0.0, 0.0, yaw_of(state.attitude_flu_to_enu)), field

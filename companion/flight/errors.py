@@ -1,4 +1,4 @@
-"""How a flight ends other than by landing after its trajectory."""
+"""How a flight, or a stage of it, ends other than as planned."""
 
 
 class FlightRefusedError(Exception):
@@ -11,3 +11,15 @@ class FlightAbortedError(Exception):
 
 class LinkLostError(FlightAbortedError):
     """The autopilot is not to be heard any more, so that nothing can be asked of it."""
+
+
+class DisarmedError(FlightAbortedError):
+    """The vehicle was disarmed while it should fly: there is nothing left to land."""
+
+
+class HandedOverError(Exception):
+    """The companion does not fly any more; the text says why.  A person's word may end that."""
+
+
+class LandingAskedError(Exception):
+    """A person wants the vehicle to land now."""

@@ -42,7 +42,8 @@ CONTROL = ChannelSpec(
         Field("roll_rad", description="commanded, FLU"),
         Field("pitch_rad", description="commanded, FLU: positive is nose down"),
     ),
-    "one record for each sample of the state while setpoints flow",
+    "one record for each sample of the state while setpoints flow, and for each step taken in "
+    'silence (phase "silence", without a state)',
 )
 
 PLAN = ChannelSpec(
@@ -109,6 +110,34 @@ def control_record(
     }
     record.update(_NO_STACK if output.stack is None else _stack_fields(output.stack))
     return record
+
+
+def silence_record(autopilot_time_s: float, now_s: float, output: Output) -> dict[str, Any]:
+    """Record of a tick at which no sample could be flown on: what was sent, and why.
+
+    Args:
+        autopilot_time_s: the autopilot's clock, estimated.
+        now_s: the loop's clock.
+        output: what was decided.
+    """
+    return {
+        "autopilot_time_s": autopilot_time_s,
+        "received_s": now_s,
+        "loop_delay_s": math.nan,
+        "latency_s": math.nan,
+        "computed_us": math.nan,
+        "phase": "silence",
+        "rung": output.rung.value,
+        "fallback": output.fallback,
+        "reason": output.reason,
+        "position_enu_m": _NO_VECTOR,
+        "velocity_enu_m_s": _NO_VECTOR,
+        "attitude_flu_to_enu": _NO_QUATERNION,
+        "desired_enu_m": _NO_VECTOR,
+        "attitude_setpoint_flu_to_enu": output.attitude_flu_to_enu or _NO_QUATERNION,
+        "thrust": output.thrust,
+        **_NO_STACK,
+    }
 
 
 def _stack_fields(stack: StackRecord) -> dict[str, Any]:

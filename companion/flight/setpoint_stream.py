@@ -9,30 +9,23 @@ import asyncio
 import math
 import time
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any
 
-import numpy as np
-
+from companion.flight.announcer import Announcer, Condition
 from companion.flight.connection import Connection
 from companion.flight.control_loop import ControlLoop, Output
-from companion.flight.observer import Observer, TickView
-from companion.flight.records import control_record, plan_record
+from companion.flight.observer import TickView
+from companion.flight.records import control_record, plan_record, silence_record
 from companion.flight.supervisor import Rung
 from companion.flight.timing import Punctuality
-from companion.frames import euler_from_quaternion, tilt_cosine
-from companion.mavlink.messages import Severity
+from companion.flight.voice import RecordLog, Voice
+from companion.frames import tilt_cosine
 from companion.mavlink.setpoints import AttitudeSetpoint, InvalidSetpointError, setpoint_message
 from companion.vehicle_state import VehicleState
 
 _WATCH_S = 0.02
+_LATE_S = 0.02
 _LONGEST_DELAY_S = 0.2
-
-
-class RecordLog(Protocol):
-    """Where records are kept."""
-
-    def record(self, topic: str, time_s: float, values: Mapping[str, Any]) -> None:
-        """Keep a record."""
 
 
 class SetpointStream:
@@ -43,7 +36,7 @@ class SetpointStream:
         connection: Connection,
         control: ControlLoop,
         log: RecordLog,
-        observer: Observer,
+        voice: Voice,
         punctuality: Punctuality,
     ) -> None:
         self.control = control
@@ -56,20 +49,23 @@ class SetpointStream:
         self.plans = 0
         self.plans_at_r_max = 0
         """Plans at which the bound on the second difference of r was active."""
-        self.on_stop: Callable[[], None] | None = None
-        """Called when the stream stops by itself."""
         self._connection = connection
         self._log = log
-        self._observer = observer
-        self._rung = Rung.TRACK
-        self._fallback = ""
+        self._voice = voice
+        self._announcer = Announcer()
+        self._fresh_s = -math.inf
+        """Loop's time at which the newest sample came that could be flown on."""
+        self._unusable = ""
+        """What was wrong with the samples since."""
+        self._record_trouble_told = False
         connection.on_state = self._on_state
 
     def start(self) -> None:
         """Begin to stream, holding; a clean ladder."""
         self.control.release()
-        self._rung = Rung.TRACK
-        self._fallback = ""
+        self._announcer.clear()
+        self._fresh_s = asyncio.get_running_loop().time()
+        self._unusable = ""
         self.stopped_because = ""
         self.running = True
 
@@ -80,21 +76,21 @@ class SetpointStream:
         self.running = False
         self.punctuality.pause()
         self.stopped_because = reason
-        if reason and self.on_stop is not None:
-            self.on_stop()
+        # Nothing that waits may go on as if setpoints flowed.
+        self._connection.waiting.wake()
 
     async def watch(self) -> None:
         """Cover samples that do not come, until cancelled."""
         loop = asyncio.get_running_loop()
         while True:
+            due = loop.time() + _WATCH_S
             await asyncio.sleep(_WATCH_S)
-            if not self.running or self._connection.state is None:
-                continue
-            now = loop.time()
-            rate = self._connection.clock.rate if self._connection.clock.valid else 1.0
-            age = (now - self._connection.state_received_s) * rate
-            autopilot_s = self._connection.state.time_s + age
-            self._act(self.control.on_silence(autopilot_s, age), autopilot_s)
+            # A stall of our own is no silence: what came meanwhile is looked at first.
+            if self.running and loop.time() - due < _LATE_S:
+                try:
+                    self._cover_silence(loop.time())
+                except Exception as error:
+                    self._fail(error)
 
     def loop_delay_s(self, state: VehicleState, now_s: float) -> float:
         """From a sample's time until a setpoint sent now acts, by the autopilot's clock.
@@ -104,91 +100,132 @@ class SetpointStream:
         clock = self._connection.clock
         if not clock.valid:
             return 0.0
-        age = clock.autopilot_time(now_s) - state.time_s
-        delay = age + 0.5 * clock.round_trip_s * clock.rate
+        delay = self._age_s(state, now_s) + 0.5 * clock.round_trip_s * clock.rate
         return max(0.0, min(_LONGEST_DELAY_S, delay))
+
+    def _age_s(self, state: VehicleState, now_s: float) -> float:
+        clock = self._connection.clock
+        return clock.autopilot_time(now_s) - state.time_s if clock.valid else 0.0
+
+    def _cover_silence(self, now_s: float) -> None:
+        connection = self._connection
+        if connection.state is None:
+            return
+        rate = connection.clock.rate if connection.clock.valid else 1.0
+        age = (now_s - self._fresh_s) * rate
+        autopilot_s = connection.state.time_s + age
+        if connection.clock.valid:
+            autopilot_s = connection.clock.autopilot_time(now_s)
+        why = connection.rejected_because or self._unusable
+        output = self.control.on_silence(autopilot_s, age, why)
+        if output is not None:
+            self._act(output, autopilot_s)
+            self._keep("control", now_s, lambda: silence_record(autopilot_s, now_s, output))
 
     def _on_state(self, state: VehicleState, received_s: float) -> None:
         if not self.running:
+            return
+        try:
+            self._fly_on(state, received_s)
+        except Exception as error:
+            # asyncio would swallow it and the stream would be blind.
+            self._fail(error)
+
+    def _fly_on(self, state: VehicleState, received_s: float) -> None:
+        age = self._age_s(state, received_s)
+        if abs(age) > self.control.state_age_limit_s:
+            self._unusable = f"the newest sample is {age * 1e3:.0f} ms old by the common clock"
             return
         delay = self.loop_delay_s(state, received_s)
         started = time.perf_counter()
         output = self.control.on_sample(state, delay)
         computed_us = (time.perf_counter() - started) * 1e6
+        if output is None:
+            self._unusable = f"a sample of {state.time_s:.3f} s came after a later one"
+            return
+        self._fresh_s = received_s
+        self._unusable = ""
         sent = self._act(output, state.time_s)
         sent_s = asyncio.get_running_loop().time()
         if sent:
             self.punctuality.tick(received_s, sent_s)
-        self._record(state, output, delay, received_s, sent_s, computed_us)
+        self._record(state, output, (received_s, delay, sent_s - received_s), computed_us)
 
     def _act(self, output: Output, autopilot_s: float) -> bool:
-        """Send an output and tell of a change of rung; True if a setpoint went out."""
+        """Send an output and tell of a change on the ladder; True if a setpoint went out."""
         sent = False
         if output.attitude_flu_to_enu is not None:
             try:
                 setpoint = AttitudeSetpoint(output.attitude_flu_to_enu, output.thrust)
                 message = setpoint_message(setpoint, autopilot_s, self._connection.target)
             except InvalidSetpointError as error:
-                self._tell("error", f"setpoint withheld: {error}")
-            else:
-                self._connection.send(message)
-                sent = True
+                # The ladder makes none of these: what made it cannot be trusted further.
+                self._give_up(f"a setpoint was withheld: {error}")
+                return False
+            self._connection.send(message)
+            sent = True
         if output.fallback:
             self.fallbacks += 1
-        if output.rung is not self._rung or output.fallback != self._fallback:
-            self._announce(output)
+        condition = Condition(output.rung, output.fallback, output.reason)
+        if self._announcer.due(condition, asyncio.get_running_loop().time()):
+            hand_over = self._connection.dialect.hand_over.explanation
+            self._voice.tell(condition.severity, condition.text(hand_over))
         if output.rung is Rung.HAND_OVER:
             self.stop(output.reason or "the ladder's end")
         return sent
 
-    def _announce(self, output: Output) -> None:
-        self._rung, self._fallback = output.rung, output.fallback
-        if output.rung is Rung.HAND_OVER:
-            explanation = self._connection.dialect.hand_over.explanation
-            self._tell("error", f"handing over: {output.reason}; {explanation}")
-        elif output.rung is Rung.LEVEL:
-            self._tell("warning", f"level and holding: {output.reason}")
-        elif output.fallback:
-            self._tell("warning", f"fallback: {output.fallback}")
-        else:
-            self._tell("info", "tracking")
+    def _fail(self, error: Exception) -> None:
+        self._give_up(f"the companion failed ({type(error).__name__}: {error})")
 
-    def _tell(self, severity: str, text: str) -> None:
-        self._observer.message(severity, text)
-        level = {"info": Severity.INFO, "warning": Severity.WARNING}.get(severity, Severity.ERROR)
-        self._connection.say(level, f"companion: {text}"[:200])
-        now = asyncio.get_running_loop().time()
-        self._log.record("event", now, {"severity": severity, "text": text})
+    def _give_up(self, reason: str) -> None:
+        explanation = self._connection.dialect.hand_over.explanation
+        self.stop(reason)
+        self._voice.tell("error", f"handing over: {reason}; {explanation}")
 
     def _record(
         self,
         state: VehicleState,
         output: Output,
-        delay_s: float,
-        received_s: float,
-        sent_s: float,
+        timing_s: tuple[float, float, float],
         computed_us: float,
     ) -> None:
+        """Keep and show what happened at a sample.
+
+        Args:
+            state: the sample.
+            output: what was decided on it.
+            timing_s: arrival, loop delay, latency.
+            computed_us: processing time of the controller.
+        """
+        received_s = timing_s[0]
         timeline = self.control.timeline
         desired = self.control.desired_position(state.time_s)
         phase = timeline.phase(state.time_s) if timeline is not None else "hold"
-        timing_s = (received_s, delay_s, sent_s - received_s)
-        record = control_record(state, output, desired, phase, timing_s, computed_us)
-        self._log.record("control", received_s, record)
-        if output.stack is not None and output.stack.outer is not None:
+        self._keep(
+            "control",
+            received_s,
+            lambda: control_record(state, output, desired, phase, timing_s, computed_us),
+        )
+        plan = output.stack.outer if output.stack is not None else None
+        if plan is not None:
             self.plans += 1
-            self.plans_at_r_max += output.stack.outer.r_max_active
-            self._log.record("plan", received_s, plan_record(state.time_s, output.stack.outer))
+            self.plans_at_r_max += plan.r_max_active
+            self._keep("plan", received_s, lambda: plan_record(state.time_s, plan))
         if timeline is None or desired is None or output.attitude_flu_to_enu is None:
             return
-        error = float(np.linalg.norm(desired - np.array(state.position_enu_m)))
+        error = math.dist(desired.tolist(), state.position_enu_m)
         progress = (state.time_s - timeline.start_s) / timeline.end_s
         tilt = math.degrees(math.acos(min(1.0, tilt_cosine(output.attitude_flu_to_enu))))
-        self._observer.tick(
+        self._voice.tick(
             TickView(phase, min(1.0, progress), error, tilt, output.thrust, output.fallback)
         )
 
-
-def heading_of(state: VehicleState) -> float:
-    """Yaw (rad, ENU) of a state."""
-    return euler_from_quaternion(state.attitude_flu_to_enu)[2]
+    def _keep(self, topic: str, time_s: float, make: Callable[[], Mapping[str, Any]]) -> None:
+        """Record; a record that cannot be made or written must not end a flight."""
+        try:
+            self._log.record(topic, time_s, make())
+        except Exception as error:
+            if not self._record_trouble_told:
+                self._record_trouble_told = True
+                text = f"a record of '{topic}' was lost ({type(error).__name__}: {error})"
+                self._voice.tell("warning", text)

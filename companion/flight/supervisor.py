@@ -7,10 +7,17 @@ Pure decisions: facts of a tick in, a rung and its reason out.  Rungs, from the 
 2. ``LEVEL``: level, thrust of hover, while the state is stale or the command unusable.
 3. ``HAND_OVER``: the stream stops and the autopilot's own failsafe takes over.  There is no way
    back up from here but a person's *resume*.
+
+Time on ``LEVEL`` is added up, and forgotten at a quarter of the speed while all is well: a fault
+that comes and goes must end with the autopilot too, a single short one must not.
 """
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 from enum import Enum
+
+_FORGETTING = 0.25
+"""Seconds on LEVEL that a second on TRACK makes up for."""
 
 RESTARTING = "restarting"
 """The problem of a tick at which the controller starts again: it has no command yet."""
@@ -42,7 +49,8 @@ class Facts:
     state_age_s: float
     """Since the newest usable sample arrived; 0 at the sample itself."""
     problem: str
-    """What is wrong with the controller's command; empty if it may be sent."""
+    """What is wrong with the controller's command, or with the samples that came; empty if
+    nothing is."""
     plan_solved: bool
     """The newest plan is an optimum, not a fallback for one."""
 
@@ -52,7 +60,10 @@ class SupervisorMemory:
     """What the ladder remembers between ticks."""
 
     rung: Rung = Rung.TRACK
-    level_since_s: float | None = None
+    level_s: float = 0.0
+    """Time on LEVEL, less what has been forgotten of it."""
+    judged_s: float = -math.inf
+    """Autopilot's time of the last tick."""
     unsolved_since_s: float | None = None
     reason: str = ""
 
@@ -61,25 +72,30 @@ def judge(limits: SupervisorLimits, memory: SupervisorMemory, facts: Facts) -> S
     """Decide the rung for a tick; the reason says why it is not the top one."""
     if memory.rung is Rung.HAND_OVER:
         return memory
+    # Ticks of samples and ticks of silence have clocks that differ by the jitter of the link.
+    now = max(facts.now_s, memory.judged_s)
+    passed = now - memory.judged_s if math.isfinite(memory.judged_s) else 0.0
+    if memory.rung is Rung.LEVEL:
+        level_s = memory.level_s + passed
+    else:
+        level_s = max(0.0, memory.level_s - _FORGETTING * passed)
     unsolved_since = None
     if not facts.plan_solved:
-        unsolved_since = facts.now_s if memory.unsolved_since_s is None else memory.unsolved_since_s
-        if facts.now_s - unsolved_since > limits.failed_solves_s:
-            return replace(
-                memory,
-                rung=Rung.HAND_OVER,
-                reason=f"no plan could be solved for {limits.failed_solves_s:g} s",
-            )
+        unsolved_since = now if memory.unsolved_since_s is None else memory.unsolved_since_s
+
     stale = facts.state_age_s > limits.state_age_limit_s
-    if not stale and not facts.problem:
-        return SupervisorMemory(Rung.TRACK, None, unsolved_since, "")
     if stale:
         reason = f"no usable state for more than {limits.state_age_limit_s * 1e3:.0f} ms"
+        if facts.problem:
+            reason += f" ({facts.problem})"
     else:
+        # While it starts again, what made it stop is still the reason.
         reason = memory.reason if facts.problem == RESTARTING else facts.problem
-    since = facts.now_s if memory.level_since_s is None else memory.level_since_s
-    if facts.now_s - since > limits.hand_over_after_s:
-        return SupervisorMemory(
-            Rung.HAND_OVER, since, unsolved_since, f"{reason}, for {limits.hand_over_after_s:g} s"
-        )
-    return SupervisorMemory(Rung.LEVEL, since, unsolved_since, reason)
+    rung = Rung.LEVEL if stale or facts.problem else Rung.TRACK
+    if rung is Rung.LEVEL and level_s > limits.hand_over_after_s:
+        rung = Rung.HAND_OVER
+        reason = f"{reason}, for {limits.hand_over_after_s:g} s"
+    if unsolved_since is not None and now - unsolved_since > limits.failed_solves_s:
+        rung = Rung.HAND_OVER
+        reason = f"no plan could be solved for {limits.failed_solves_s:g} s"
+    return SupervisorMemory(rung, level_s, now, unsolved_since, reason)

@@ -1,0 +1,78 @@
+"""Who flies: the companion, until a person says otherwise or somebody else takes over."""
+
+from companion.flight.connection import Connection
+from companion.flight.errors import DisarmedError, HandedOverError, LandingAskedError
+from companion.flight.inbox import Inbox, PilotCommand
+from companion.flight.reports import LANDED_ON_GROUND
+from companion.flight.setpoint_stream import SetpointStream
+from companion.flight.voice import Voice
+
+
+class Authority:
+    """Ends what the flight waits for when the vehicle is no longer the companion's to fly.
+
+    Each stage says which modes it may see.  Another one means that somebody else has chosen it, a
+    person or the autopilot's failsafe: the setpoint stream stops at once, what was being asked for
+    is dropped, and nothing is sent to fight it.
+    """
+
+    def __init__(
+        self, connection: Connection, stream: SetpointStream, inbox: Inbox, voice: Voice
+    ) -> None:
+        self._connection = connection
+        self._stream = stream
+        self._inbox = inbox
+        self._voice = voice
+        self._modes: tuple[str, ...] = ()
+        self._streaming = False
+        self._landing = False
+
+    def expect(self, *modes: str, streaming: bool = False) -> None:
+        """In flight: these modes are ours, and setpoints flow if `streaming`."""
+        self._modes = modes
+        self._streaming = streaming
+        self._landing = False
+        self._connection.waiting.interruption = self._interruption
+
+    def expect_landing(self, *modes: str) -> None:
+        """While landing, disarming is the aim, and the ground ends the mode."""
+        self.expect(*modes)
+        self._landing = True
+
+    def rest(self) -> None:
+        """Nothing but a failure ends a wait."""
+        self._connection.waiting.interruption = lambda: None
+
+    def _interruption(self) -> Exception | None:
+        stream, connection = self._stream, self._connection
+        reports = connection.reports
+        if not reports.armed and not self._landing:
+            stream.stop("disarmed")
+            return DisarmedError(
+                f"The vehicle was disarmed, in mode {connection.mode}, and not by the companion."
+            )
+        on_ground = self._landing and reports.landed_state == LANDED_ON_GROUND
+        if reports.armed and not on_ground and connection.mode not in self._modes:
+            reason = f"somebody else changed the mode to {connection.mode}"
+            stream.stop(reason)
+            return HandedOverError(reason)
+        if self._streaming and not stream.running:
+            return HandedOverError(stream.stopped_because)
+        command = self._inbox.take()
+        if command is PilotCommand.ABORT:
+            was_streaming = stream.running
+            stream.stop("aborted by command")
+            explanation = (
+                connection.dialect.hand_over.explanation
+                if was_streaming
+                else f"the autopilot goes on in mode {connection.mode}"
+            )
+            return HandedOverError(f"aborted by command: {explanation}")
+        if command is PilotCommand.LAND:
+            if self._landing:
+                self._voice.tell("info", "landing already")
+                return None
+            return LandingAskedError()
+        if command is PilotCommand.RESUME:
+            self._voice.tell("info", "nothing to resume: the companion flies")
+        return None

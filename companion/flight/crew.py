@@ -1,0 +1,42 @@
+"""What the stages of a flight work with, and what they keep of it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from companion.config.models import MissionConfig, YawConfig
+from companion.control.reference_model import Array
+from companion.flight.authority import Authority
+from companion.flight.connection import Connection
+from companion.flight.inbox import Inbox
+from companion.flight.setpoint_stream import SetpointStream
+from companion.flight.timeline import Timeline
+from companion.flight.voice import Voice
+from companion.trajectories.trajectory import Trajectory
+
+
+@dataclass(slots=True)
+class Progress:
+    """How far the flight has come."""
+
+    timeline: Timeline | None = None
+    """The reference of the last (or only) run over the trajectory."""
+    home_m: Array = field(default_factory=lambda: np.full(3, np.nan))
+    """(3,) where the first run began: above where the vehicle took off."""
+    completed: bool = False
+    """The trajectory was flown to its end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """What the stages of a flight work with."""
+
+    mission: MissionConfig
+    yaw: YawConfig
+    trajectory: Trajectory
+    connection: Connection
+    stream: SetpointStream
+    inbox: Inbox
+    authority: Authority
+    voice: Voice
+    progress: Progress = field(default_factory=Progress)

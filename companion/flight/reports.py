@@ -1,0 +1,92 @@
+"""What the vehicle says about itself, newest first-hand: armed, mode, sensors, texts."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from companion.mavlink.codec import decode
+from companion.mavlink.dialect import Message
+from companion.mavlink.framing import Frame
+from companion.mavlink.messages import BASE_MODE_ARMED, MessageId
+
+LANDED_ON_GROUND = 1
+LANDED_IN_AIR = 2
+_KEPT_TEXTS = 50
+_CHUNK = 50
+_LONGEST_TEXT = 1000
+
+REPORT_IDS = frozenset(
+    (
+        MessageId.CURRENT_MODE,
+        MessageId.SYS_STATUS,
+        MessageId.EXTENDED_SYS_STATE,
+        MessageId.STATUSTEXT,
+    )
+)
+"""Messages that `Reports.take` reads."""
+
+
+@dataclass(slots=True)
+class Reports:
+    """The newest of what the vehicle says about itself."""
+
+    armed: bool = False
+    custom_mode: int | None = None
+    system_status: int = 0
+    landed_state: int = 0
+    sensors: tuple[int, int, int] | None = None
+    """Masks present, enabled, health of SYS_STATUS."""
+    battery_remaining: float = math.nan
+    texts: list[str] = field(default_factory=list)
+    """STATUSTEXTs, oldest first."""
+    on_mode: Callable[[int], None] | None = None
+    """Called with every report of the mode."""
+    on_text: Callable[[int, str], None] | None = None
+    """Called with MAV_SEVERITY and text of each whole STATUSTEXT."""
+    _begun_text: str = ""
+    _begun_text_id: int = 0
+
+    def take_heartbeat(self, heartbeat: Message) -> None:
+        """Take the vehicle's HEARTBEAT."""
+        self.armed = bool(heartbeat.base_mode & BASE_MODE_ARMED)
+        self.system_status = int(heartbeat.system_status)
+        self._take_mode(int(heartbeat.custom_mode))
+
+    def take(self, frame: Frame) -> None:
+        """Take a message of `REPORT_IDS` from the vehicle."""
+        message = decode(frame)
+        if frame.message_id == MessageId.CURRENT_MODE:
+            self._take_mode(int(message.custom_mode))
+        elif frame.message_id == MessageId.SYS_STATUS:
+            self.sensors = (
+                int(message.onboard_control_sensors_present),
+                int(message.onboard_control_sensors_enabled),
+                int(message.onboard_control_sensors_health),
+            )
+            if message.battery_remaining >= 0:
+                self.battery_remaining = message.battery_remaining / 100.0
+        elif frame.message_id == MessageId.EXTENDED_SYS_STATE:
+            self.landed_state = int(message.landed_state)
+        elif frame.message_id == MessageId.STATUSTEXT:
+            self._take_text(message)
+
+    def _take_mode(self, custom_mode: int) -> None:
+        self.custom_mode = custom_mode
+        if self.on_mode is not None:
+            self.on_mode(custom_mode)
+
+    def _take_text(self, message: Message) -> None:
+        """Join the chunks of a long text: same id, a full chunk is followed by another."""
+        chunk, text_id = str(message.text), int(message.id)
+        if text_id != 0:
+            begun = self._begun_text if text_id == self._begun_text_id else ""
+            self._begun_text = (begun + chunk)[:_LONGEST_TEXT]
+            self._begun_text_id = text_id
+            if len(chunk) >= _CHUNK:
+                return
+            chunk, self._begun_text, self._begun_text_id = self._begun_text, "", 0
+        text = chunk.rstrip("\0\t ")
+        self.texts.append(text)
+        del self.texts[:-_KEPT_TEXTS]
+        if self.on_text is not None:
+            self.on_text(int(message.severity), text)

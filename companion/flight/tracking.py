@@ -1,0 +1,111 @@
+"""The stages in the air: take off, let the controller take over, follow the reference."""
+
+import math
+
+import numpy as np
+
+from companion.flight.crew import Flight
+from companion.flight.errors import FlightAbortedError
+from companion.flight.preparation import last_texts
+from companion.flight.reports import LANDED_IN_AIR
+from companion.flight.timeline import Timeline, plan_timeline
+from companion.frames import yaw_of
+from companion.mavlink.exchange import Verdict
+
+
+async def take_off(flight: Flight) -> None:
+    """Take off by the autopilot, until it holds.
+
+    Raises:
+        FlightAbortedError: it was refused, or did not come to its end.
+    """
+    connection, mission = flight.connection, flight.mission
+    before = connection.mode
+    flight.authority.expect(before, "takeoff", "loiter")
+    flight.voice.phase("take off", "by the autopilot")
+    exchange = await connection.exchanges.command(
+        connection.dialect.takeoff(connection.target, math.nan)
+    )
+    if exchange.verdict is not Verdict.ACCEPTED:
+        raise FlightAbortedError(
+            f"Take-off was refused: {exchange.explanation}.{last_texts(flight)}"
+        )
+
+    def risen() -> bool:
+        return connection.reports.landed_state == LANDED_IN_AIR and connection.mode == "loiter"
+
+    await connection.waiting.until(
+        lambda: connection.mode == "takeoff" or risen(),
+        mission.timeouts.command_s,
+        lambda: f"The autopilot accepted the take-off but stays in mode {connection.mode}.",
+    )
+    flight.authority.expect("takeoff", "loiter")
+    await connection.waiting.until(
+        risen,
+        connection.loop_seconds(mission.timeouts.takeoff_s),
+        lambda: (
+            f"The take-off did not end within {mission.timeouts.takeoff_s:g} s "
+            f"(mode {connection.mode}, landed state {connection.reports.landed_state})."
+        ),
+    )
+
+
+async def engage(flight: Flight) -> Timeline:
+    """Stream first, then ask for the mode, then let the controller take over.
+
+    Raises:
+        FlightAbortedError: the autopilot does not take setpoints.
+    """
+    connection, stream, mission = flight.connection, flight.stream, flight.mission
+    mode = connection.dialect.setpoint_mode
+    stream.start()
+    flight.authority.expect(connection.mode, mode, streaming=True)
+    flight.voice.phase("engage", f"mode {mode}")
+    await connection.waiting.pause(connection.loop_seconds(connection.dialect.stream_before_mode_s))
+    change = await connection.exchanges.change_mode(connection.target, mode)
+    if change.verdict is not Verdict.ACCEPTED:
+        stream.stop()
+        raise FlightAbortedError(
+            f"The autopilot does not take setpoints: {change.explanation}.{last_texts(flight)}"
+        )
+    flight.authority.expect(mode, streaming=True)
+    state = connection.state
+    assert state is not None
+    position = np.array(state.position_enu_m)
+    progress = flight.progress
+    if not np.isfinite(progress.home_m).all():
+        progress.home_m = position
+    timeline = plan_timeline(
+        flight.trajectory,
+        start_s=state.time_s,
+        from_m=position,
+        origin_m=np.array(mission.origin_enu_m),
+        home_m=progress.home_m,
+        hover_s=mission.hover_s,
+        speed_m_s=mission.approach_speed_m_s,
+    )
+    heading = 0.0 if flight.yaw.desired == "zero" else yaw_of(state.attitude_flu_to_enu)
+    stream.control.engage(timeline, heading)
+    progress.timeline = timeline
+    progress.completed = False
+    return timeline
+
+
+async def track(flight: Flight, timeline: Timeline) -> None:
+    """Follow the timeline to its end."""
+    connection = flight.connection
+    phase = ""
+
+    def over() -> bool:
+        nonlocal phase
+        state = connection.state
+        assert state is not None
+        now_in = timeline.phase(state.time_s)
+        if now_in != phase:
+            phase = now_in
+            flight.voice.phase(phase)
+        if state.time_s >= timeline.scored_s[1]:
+            flight.progress.completed = True
+        return timeline.finished(state.time_s)
+
+    await connection.waiting.until(over, None, lambda: "")
