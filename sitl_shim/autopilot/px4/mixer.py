@@ -1,7 +1,8 @@
 """Control allocation of a quad X: from torques and thrust to the rotors' signals.
 
-PX4's sequential desaturation (src/lib/control_allocation), with its normalised columns: one
-unit of roll or pitch torque is 1/sqrt(2) per rotor, one unit of yaw or thrust is 1 per rotor.
+PX4's order of giving way (src/lib/control_allocation, sequential desaturation), solved in closed
+form, with its normalised columns: one unit of roll or pitch torque is 1/sqrt(2) per rotor, one
+unit of yaw or thrust is 1 per rotor.
 """
 
 import math
@@ -12,10 +13,6 @@ from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.frames import Vector3
 
 _SHARE = math.sqrt(0.5)
-_ROLL: RotorCommands = (-_SHARE, _SHARE, _SHARE, -_SHARE)
-_PITCH: RotorCommands = (-_SHARE, _SHARE, -_SHARE, _SHARE)
-_YAW: RotorCommands = (-1.0, -1.0, 1.0, 1.0)
-_THRUST: RotorCommands = (1.0, 1.0, 1.0, 1.0)
 _YAW_MARGIN = 0.15
 """Some yaw is kept at full thrust: the thrust gives way for it by this much."""
 
@@ -41,13 +38,10 @@ def allocate(torque_flu: Vector3, thrust: float, *, airmode: bool) -> Allocation
     thrust may rise too.
     """
     roll, pitch, yaw = torque_flu
+    # Roll and pitch add a to rotor 2 and b to rotor 3, and take them from rotors 1 and 4.
     a, b = _SHARE * (roll + pitch), _SHARE * (roll - pitch)
-    first, second, third, fourth = (
-        thrust - a - yaw,
-        thrust + a - yaw,
-        thrust + b + yaw,
-        thrust - b + yaw,
-    )
+    first, second = thrust - a - yaw, thrust + a - yaw
+    third, fourth = thrust + b + yaw, thrust - b + yaw
     if (
         0.0 <= first <= 1.0
         and 0.0 <= second <= 1.0
@@ -56,64 +50,61 @@ def allocate(torque_flu: Vector3, thrust: float, *, airmode: bool) -> Allocation
     ):
         return Allocation((first, second, third, fourth), _UNSATURATED)
 
-    rotors = [thrust - a, thrust + a, thrust + b, thrust - b]
-    _desaturate(rotors, _THRUST, only_lower=not airmode)
-    if not airmode:
-        roll += _desaturate(rotors, _ROLL)
-        pitch += _desaturate(rotors, _PITCH)
-    for i in range(4):
-        rotors[i] += _YAW[i] * yaw
-    yaw += _desaturate(rotors, _YAW, upper=1.0 + _YAW_MARGIN)
-    _desaturate(rotors, _THRUST, only_lower=True)
-    first, second, third, fourth = (min(1.0, max(0.0, value)) for value in rotors)
-    given = (
-        (second + third - first - fourth) * _SHARE / 2.0,
-        (second + fourth - first - third) * _SHARE / 2.0,
-        (third + fourth - first - second) / 4.0,
-    )
+    thrust, scale = _fit_roll_and_pitch(thrust, max(abs(a), abs(b)), airmode=airmode)
+    a, b = scale * a, scale * b
+    ccw = (thrust - a, thrust + a)  # yaw (FLU) takes from these two and gives to the others
+    cw = (thrust + b, thrust - b)
+    yaw_given = _fit_yaw(yaw, ccw, cw)
+    excess = max(0.0, max(ccw) - yaw_given - 1.0, max(cw) + yaw_given - 1.0)
+    cut_tilt = scale < 1.0 - 1e-9
     return Allocation(
-        (first, second, third, fourth),
         (
-            _cut(torque_flu[0], given[0]),
-            _cut(torque_flu[1], given[1]),
-            _cut(torque_flu[2], given[2]),
+            _within(ccw[0] - yaw_given - excess),
+            _within(ccw[1] - yaw_given - excess),
+            _within(cw[0] + yaw_given - excess),
+            _within(cw[1] + yaw_given - excess),
+        ),
+        (
+            _sign(roll) if cut_tilt else 0,
+            _sign(pitch) if cut_tilt else 0,
+            _sign(yaw) if abs(yaw_given) < abs(yaw) - 1e-9 else 0,
         ),
     )
 
 
-def _cut(asked: float, given: float) -> int:
-    missing = asked - given
-    return 0 if abs(missing) < 1e-6 else 1 if missing > 0.0 else -1
+def _fit_roll_and_pitch(thrust: float, most: float, *, airmode: bool) -> tuple[float, float]:
+    """Thrust and the share of roll and pitch that fit together.
 
-
-def _desaturate(
-    rotors: list[float], column: RotorCommands, *, upper: float = 1.0, only_lower: bool = False
-) -> float:
-    """Shift ``rotors`` along ``column`` so that the saturation shrinks; returns the shift."""
-    first = _shift(rotors, column, upper)
-    if only_lower and first > 0.0:
-        return 0.0
-    for i in range(4):
-        rotors[i] += first * column[i]
-    # Half of the second shift: where both ends saturate, it finds the middle.
-    second = 0.5 * _shift(rotors, column, upper)
-    for i in range(4):
-        rotors[i] += second * column[i]
-    return first + second
-
-
-def _shift(rotors: list[float], column: RotorCommands, upper: float) -> float:
-    most = least = 0.0
-    for value, gain in zip(rotors, column, strict=True):
-        if value < 0.0:
-            need = -value / gain
-        elif value > upper:
-            need = (upper - value) / gain
+    Args:
+        thrust: collective, asked for.
+        most: the largest change of a rotor that roll and pitch ask for, to either side.
+        airmode: whether thrust may rise.
+    """
+    scale = min(1.0, 0.5 / most) if most > 0.0 else 1.0
+    thrust = min(thrust, 1.0 - scale * most)
+    if thrust < scale * most:
+        if airmode:
+            thrust = scale * most
         else:
-            continue
-        most = max(most, need)
-        least = min(least, need)
-    return most + least
+            scale = max(0.0, thrust) / most
+    return thrust, scale
+
+
+def _fit_yaw(yaw: float, ccw: tuple[float, float], cw: tuple[float, float]) -> float:
+    """The yaw torque that fits once roll and pitch are in: none of it is taken from them."""
+    rising, falling = (cw, ccw) if yaw > 0.0 else (ccw, cw)
+    highest, lowest = max(rising), min(falling)
+    room = min(lowest, 1.0 + _YAW_MARGIN - highest, 0.5 * (1.0 - (highest - lowest)))
+    return math.copysign(min(abs(yaw), max(0.0, room)), yaw)
+
+
+def _within(value: float) -> float:
+    """Rounding may have gone past the ends."""
+    return 0.0 if value < 0.0 else 1.0 if value > 1.0 else value
+
+
+def _sign(value: float) -> int:
+    return 0 if value == 0.0 else 1 if value > 0.0 else -1
 
 
 class ThrustCurve:
@@ -133,12 +124,13 @@ class ThrustCurve:
         factor = self._factor
         if factor <= 0.0:
             return thrusts
-        linear = 1.0 - factor
-        square, four, half = linear * linear, 4.0 * factor, 0.5 / factor
         a, b, c, d = thrusts
-        return (
-            (math.sqrt(square + four * a) - linear) * half,
-            (math.sqrt(square + four * b) - linear) * half,
-            (math.sqrt(square + four * c) - linear) * half,
-            (math.sqrt(square + four * d) - linear) * half,
-        )
+        return (_signal(a, factor), _signal(b, factor), _signal(c, factor), _signal(d, factor))
+
+
+def _signal(thrust: float, factor: float) -> float:
+    """Positive root of f u^2 + (1 - f) u = thrust, written so that a small f does no harm."""
+    if thrust <= 0.0:
+        return 0.0
+    linear = 1.0 - factor
+    return 2.0 * thrust / (linear + math.sqrt(linear * linear + 4.0 * factor * thrust))

@@ -195,9 +195,9 @@ def test_the_integrator_takes_a_constant_error_and_stops_at_its_limit() -> None:
 def test_a_saturated_axis_does_not_wind_up() -> None:
     control = RateControl(make_parameters({}))
     for _ in range(500):
-        torque = control.update(
-            (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), held=False, saturated=(1, 0, 0)
-        )[0]
+        torque = control.update((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), held=False, saturated=(1, 0, 0))[
+            0
+        ]
     assert torque == pytest.approx(0.15, rel=0.01)
 
 
@@ -225,9 +225,7 @@ def test_a_filter_without_a_useful_corner_is_off(cutoff_hz: float) -> None:
 
 
 @_law
-@given(
-    tilt=st.floats(0.0, 1.3), direction=_angle, yaw=st.floats(-3.14, 3.14)
-)
+@given(tilt=st.floats(0.0, 1.3), direction=_angle, yaw=st.floats(-3.14, 3.14))
 def test_the_attitude_has_the_thrust_axis_and_the_heading_asked_for(
     tilt: float, direction: float, yaw: float
 ) -> None:

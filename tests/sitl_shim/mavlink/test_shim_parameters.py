@@ -17,8 +17,8 @@ _INT32, _REAL32, _UINT32 = 6, 9, 5
 
 @pytest.fixture
 def client() -> ShimClient:
-    shim_client = ShimClient(ShimOptions(seed=1))
-    shim_client.boot()
+    shim_client = ShimClient(ShimOptions(seed=1, airborne_at_enu_m=(0.0, 0.0, 30.0)))
+    shim_client.run_until(0.5)
     return shim_client
 
 
@@ -95,7 +95,7 @@ def test_an_unknown_name_or_index_is_a_param_error(client: ShimClient) -> None:
 
 def test_a_change_is_told_on_every_link_and_changes_the_hash() -> None:
     client = ShimClient(ShimOptions(), (LinkKind.ONBOARD, LinkKind.GROUND_STATION))
-    client.boot()
+    client.run_until(0.5)
     _read(client, "_HASH_CHECK")
     before = client.last("PARAM_VALUE").param_value
     _set(client, "MPC_XY_P", 1.0, _REAL32)
@@ -117,7 +117,9 @@ def test_encoding_an_integer_loses_nothing(value: int) -> None:
     assert decode_value(encode_value(value, _INT32), _INT32) == value
 
 
-def test_the_take_off_altitude_that_was_set_is_flown(client: ShimClient) -> None:
+def test_the_take_off_altitude_that_was_set_is_flown() -> None:
+    client = ShimClient(ShimOptions(seed=1))
+    client.boot()
     _set(client, "MIS_TAKEOFF_ALT", 4.0, _REAL32)
     client.command(ARM, 1)
     client.take_off()

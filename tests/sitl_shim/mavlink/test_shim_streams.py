@@ -1,5 +1,6 @@
 """Streams: default rates, intervals, their quantisation and limits, truth beside them."""
 
+import itertools
 import math
 
 import pytest
@@ -80,7 +81,7 @@ def test_boot_times_are_multiples_of_the_tick(booted: ShimClient) -> None:
 
 def test_at_50_hz_the_steps_are_20_ms(booted: ShimClient) -> None:
     times = [m.time_boot_ms for m in booted.messages("ATTITUDE_QUATERNION")]
-    assert {b - a for a, b in zip(times, times[1:], strict=False)} <= {16, 20, 24}
+    assert {b - a for a, b in itertools.pairwise(times)} <= {16, 20, 24}
 
 
 @pytest.mark.parametrize(
@@ -117,7 +118,7 @@ def test_at_100_hz_the_steps_are_8_and_12_ms() -> None:
     client.set_interval(331, 10_000)
     client.run(1.0)
     times = [m.time_usec for m in client.messages("ODOMETRY")][40:]
-    assert {b - a for a, b in zip(times, times[1:], strict=False)} == {8_000, 12_000}
+    assert {b - a for a, b in itertools.pairwise(times)} == {8_000, 12_000}
 
 
 def test_minus_one_stops_and_zero_restores() -> None:
@@ -138,9 +139,7 @@ def test_minus_one_stops_and_zero_restores() -> None:
 def test_an_interval_may_come_as_command_int() -> None:
     client = ShimClient(ShimOptions())
     client.run_until(1.0)
-    client.send(
-        dialect.MAVLink_command_int_message(1, 1, 0, 511, 0, 0, 331, 10_000, 0, 0, 0, 0, 0)
-    )
+    client.send(dialect.MAVLink_command_int_message(1, 1, 0, 511, 0, 0, 331, 10_000, 0, 0, 0, 0, 0))
     client.run(0.2)
     client.forget()
     client.run(1.0)

@@ -32,6 +32,10 @@ def test_telemetry_arrives_15_ms_late() -> None:
         assert time_s - message.time_usec / 1e6 == pytest.approx(_DELAY_S, abs=1e-6)
 
 
+def _echoed(client: ShimClient, thrust: float) -> bool:
+    return any(m.thrust == pytest.approx(thrust) for m in client.messages("ATTITUDE_TARGET"))
+
+
 def test_setpoints_act_15_ms_after_they_were_sent() -> None:
     client = _in_offboard()
     client.set_interval(_ATTITUDE_TARGET, 8_000)
@@ -43,12 +47,7 @@ def test_setpoints_act_15_ms_after_they_were_sent() -> None:
         client.forget()
         sent_s = client.time_s
         client.setpoint(_EAST, thrust)
-        client.wait_for(
-            lambda: any(
-                m.thrust == pytest.approx(thrust) for m in client.messages("ATTITUDE_TARGET")
-            ),
-            0.2,
-        )
+        client.wait_for(lambda asked=thrust: _echoed(client, asked), 0.2)
         delays.append(client.received("ATTITUDE_TARGET")[-1][0] - sent_s)
     # 15 + 15 ms, up to a tick to be seen, up to a period of the message to be told.
     assert min(delays) >= 2 * _DELAY_S

@@ -33,9 +33,7 @@ def _refusal(*arguments: str) -> str:
         (["--extra-link=gcs:99999:1"], ["KIND:PORT:REMOTE"]),
     ],
 )
-def test_bad_input_is_refused_and_the_remedy_named(
-    arguments: list[str], words: list[str]
-) -> None:
+def test_bad_input_is_refused_and_the_remedy_named(arguments: list[str], words: list[str]) -> None:
     refusal = _refusal(*arguments)
     assert all(word in refusal for word in words), refusal
     assert "Traceback" not in refusal

@@ -83,18 +83,21 @@ async def test_it_speaks_first_and_to_the_default_port() -> None:
 async def test_a_link_latches_onto_its_first_peer_for_good() -> None:
     default, stranger = free_port(), free_port()
     link = UdpLink(LinkKind.ONBOARD, 0, default)
-    async with _peer(default) as (sender, peer), _peer(stranger) as (first, latched):
-        async with _serving([link]) as bound:
-            await peer.hears_something()
-            packer = Packer(1, 191)
-            first.sendto(packer.pack(dialect.MAVLink_ping_message(1, 1, 0, 0)), bound[0].local)
+    async with (
+        _peer(default) as (sender, peer),
+        _peer(stranger) as (first, latched),
+        _serving([link]) as bound,
+    ):
+        await peer.hears_something()
+        packer = Packer(1, 191)
+        first.sendto(packer.pack(dialect.MAVLink_ping_message(1, 1, 0, 0)), bound[0].local)
+        await latched.hears_something()
+        peer.names.clear()
+        request = dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0)
+        sender.sendto(packer.pack(request), bound[0].local)
+        while "AUTOPILOT_VERSION" not in latched.names:
             await latched.hears_something()
-            peer.names.clear()
-            request = dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0)
-            sender.sendto(packer.pack(request), bound[0].local)
-            while "AUTOPILOT_VERSION" not in latched.names:
-                await latched.hears_something()
-            assert peer.names == []
+        assert peer.names == []
 
 
 async def test_several_links_are_served_at_once() -> None:
