@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from sitl_shim.autopilot.interface import AttitudeTarget, Command
 from sitl_shim.frames import attitude_from_wire, swap_flu_frd
-from sitl_shim.mavlink import parameters
+from sitl_shim.mavlink import ftp, parameters
 from sitl_shim.mavlink.commands import (
     UNSUPPORTED,
     acknowledgement,
@@ -23,6 +23,8 @@ from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import ShimOptions, Simulation
 
 _PARAMETERS_PER_TICK = 4
+_TELLS_PARAMETERS_US = 480_000
+"""PX4 tells unasked, while it boots, which parameters the airframe has set."""
 _GROUND_STATION = 6
 """MAV_TYPE_GCS."""
 
@@ -98,6 +100,9 @@ class Shim:
             sim.autopilot.take_texts()
             return []
         due_s = sim.time_us / 1e6 + self._telemetry_delay_s
+        if sim.time_us == _TELLS_PARAMETERS_US:
+            for link in self._links:
+                link.parameter_list = parameters.list_changed(sim.autopilot.parameters)
         self._send_texts()
         datagrams: list[Datagram] = []
         for index, link in enumerate(self._links):
@@ -162,6 +167,9 @@ class Shim:
                         message.get_srcComponent(),
                     )
                 )
+        elif name == "FILE_TRANSFER_PROTOCOL":
+            if self._is_for(message, AUTOPILOT_COMPONENT_ID):
+                link.send(ftp.answer(message))
         elif name.startswith("PARAM_"):
             self._handle_parameter(link, message, name)
 

@@ -27,6 +27,13 @@ def list_all(store: ParameterStore) -> Iterator[Message]:
         yield value_message(store, name)
 
 
+def list_changed(store: ParameterStore) -> Iterator[Message]:
+    """The parameters that differ from their defaults."""
+    for name in store.names:
+        if store[name] != store.definition(name).default:
+            yield value_message(store, name)
+
+
 def read(store: ParameterStore, request: Message) -> Message:
     """Answer to PARAM_REQUEST_READ: PARAM_VALUE, or PARAM_ERROR."""
     if request.param_index >= 0:

@@ -1,7 +1,8 @@
 """The commander: armed or not, which mode, failsafe, and what commands do to these."""
 
 import math
-import random
+
+import numpy as np
 
 from sitl_shim.autopilot.interface import Acknowledgement, Command, StatusText
 from sitl_shim.autopilot.parameters import ParameterStore
@@ -17,6 +18,8 @@ _CRITICAL, _INFO = 2, 6
 _ACK_DELAY_US = 8_000
 """To the commander's next run and back."""
 _CUSTOM_MODE_ENABLED = 1
+_SEED_STREAM = 4
+"""Beside those of plant, wind and estimator."""
 
 
 class Commander:
@@ -30,7 +33,9 @@ class Commander:
 
     def __init__(self, parameters: ParameterStore, *, seed: int, airborne: bool) -> None:
         self._parameters = parameters
-        self._random = random.Random(seed)
+        self._random = np.random.default_rng(
+            np.random.SeedSequence(seed, spawn_key=(_SEED_STREAM,))
+        )
         self._texts: list[StatusText] = []
         self._booted = airborne
         self._boot_us = 0
@@ -171,7 +176,7 @@ class Commander:
             return self._acknowledge(self._arm_or_disarm(command))
         if kind == _CMD_SET_MODE:
             result = self._set_mode_by_number(command)
-            late_us = 4_000 * min(35, int(self._random.expovariate(1.0 / 3.0)))
+            late_us = 4_000 * min(35, int(self._random.exponential(3.0)))
             return (
                 Acknowledgement(_ACCEPTED, _ACK_DELAY_US),
                 Acknowledgement(result, _ACK_DELAY_US + late_us),

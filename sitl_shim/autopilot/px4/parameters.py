@@ -111,5 +111,6 @@ def scale_timeouts(overrides: Mapping[str, float], speed: float) -> dict[str, fl
     """
     scaled = dict(overrides)
     if speed > 1.0:
-        scaled["COM_OF_LOSS_T"] = scaled.get("COM_OF_LOSS_T", 1.0) * speed
+        longest_s = next(row.maximum for row in DEFINITIONS if row.name == "COM_OF_LOSS_T")
+        scaled["COM_OF_LOSS_T"] = min(longest_s, scaled.get("COM_OF_LOSS_T", 1.0) * speed)
     return scaled

@@ -222,3 +222,14 @@ def test_return_goes_home_low_when_near_and_lands() -> None:
     x, y, _ = client.simulation.state.position_enu_m
     assert (x, y) == pytest.approx((0.0, 0.0), abs=0.6)
     assert highest < 12.0
+
+
+@pytest.mark.parametrize(("vehicle", "scenario"), [("bebop2", "wind3"), ("x500", "gusts")])
+def test_hold_stays_in_its_place_in_wind(vehicle: str, scenario: str) -> None:
+    client = ShimClient(
+        ShimOptions(vehicle=vehicle, scenario=scenario, seed=1, airborne_at_enu_m=(0.0, 0.0, 20.0))
+    )
+    client.run(12.0)  # the wind was not there before
+    for _ in range(20):
+        client.run(0.25)
+        assert client.simulation.state.position_enu_m == pytest.approx((0.0, 0.0, 20.0), abs=1.0)

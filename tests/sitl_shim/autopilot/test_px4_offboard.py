@@ -3,6 +3,8 @@
 import math
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from sitl_shim.simulation import ShimOptions
 from tests.sitl_shim.mavlink.shim_client import (
@@ -253,6 +255,32 @@ def test_setpoints_for_others_are_not(target: tuple[int, int]) -> None:
     client = _in_offboard()
     _stream(client, 1.3, q=_EAST, thrust=0.3, target=target)
     assert _heartbeat(client)[2] == 5
+
+
+_anything = st.floats(width=32, allow_nan=True, allow_infinity=True)
+
+
+@settings(deadline=None, derandomize=True, max_examples=50)
+@given(
+    mask=st.integers(0, 255),
+    q=st.tuples(_anything, _anything, _anything, _anything),
+    rates=st.tuples(_anything, _anything, _anything),
+    thrust=_anything,
+)
+def test_no_setpoint_whatever_breaks_the_simulation(
+    mask: int,
+    q: tuple[float, float, float, float],
+    rates: tuple[float, float, float],
+    thrust: float,
+) -> None:
+    client = airborne()
+    client.start_stream(_EAST, 0.49)
+    client.run(0.15)
+    client.set_mode(OFFBOARD)
+    client.run(0.1)
+    _stream(client, 0.1, mask=mask, q=q, rates=rates, thrust=thrust)
+    state = client.simulation.state
+    assert all(map(math.isfinite, state.position_enu_m + state.rate_flu_rad_s))
 
 
 def test_the_echo_shows_the_thrust_as_sent() -> None:

@@ -19,6 +19,11 @@ Received = tuple[float, Any]
 """Time of arrival (simulated s) and message."""
 
 
+def _sender_and_id(name: str, component: int) -> bytes:
+    message_id: int = getattr(dialect, f"MAVLINK_MSG_ID_{name}")
+    return bytes([component]) + message_id.to_bytes(3, "little")
+
+
 class ShimClient:
     """Drives one shim tick by tick; keeps everything that arrives on each link."""
 
@@ -30,8 +35,8 @@ class ShimClient:
         component: int = 191,
     ) -> None:
         self.shim = Shim(options, links)
-        self.inboxes: list[list[Received]] = [[] for _ in links]
-        self._parsers = [Parser() for _ in links]
+        self._frames: list[list[tuple[float, bytes]]] = [[] for _ in links]
+        self._parser = Parser()
         self._packers = [Packer(1, component) for _ in links]
         self._flying: list[tuple[float, int, int, bytes]] = []
         self._count = 0
@@ -112,8 +117,7 @@ class ShimClient:
                 )
             while self._flying and self._flying[0][0] <= self.time_s + 1e-9:
                 due_s, _, link, data = heapq.heappop(self._flying)
-                for message in self._parsers[link].parse(data):
-                    self.inboxes[link].append((due_s, message))
+                self._frames[link].append((due_s, data))
 
     def wait_for(self, condition: Callable[[], bool], within_s: float) -> float:
         """Run until a condition holds; returns the time."""
@@ -125,20 +129,31 @@ class ShimClient:
 
     # --- what arrived ---
 
-    def received(self, name: str, *, component: int = 1, link: int = 0) -> list[Received]:
+    def inbox(self, link: int = 0) -> list[Received]:
+        """Everything, decoded."""
         return [
             (time_s, message)
-            for time_s, message in self.inboxes[link]
-            if message.get_type() == name and message.get_srcComponent() == component
+            for time_s, data in self._frames[link]
+            for message in self._parser.parse(data)
+        ]
+
+    def received(self, name: str, *, component: int = 1, link: int = 0) -> list[Received]:
+        head = _sender_and_id(name, component)
+        return [
+            (time_s, message)
+            for time_s, data in self._frames[link]
+            if data[6:10] == head  # one message per datagram: only what is wanted is decoded
+            for message in self._parser.parse(data)
         ]
 
     def messages(self, name: str, *, component: int = 1, link: int = 0) -> list[Any]:
         return [message for _, message in self.received(name, component=component, link=link)]
 
     def last(self, name: str, *, component: int = 1, link: int = 0) -> Any:
-        for _, message in reversed(self.inboxes[link]):
-            if message.get_type() == name and message.get_srcComponent() == component:
-                return message
+        head = _sender_and_id(name, component)
+        for _, data in reversed(self._frames[link]):
+            if data[6:10] == head:
+                return next(self._parser.parse(data))
         raise AssertionError(f"no {name} arrived")
 
     def acks(self, command: int) -> list[int]:
@@ -148,8 +163,8 @@ class ShimClient:
         return [m.text for m in self.messages("STATUSTEXT", link=link)]
 
     def forget(self) -> None:
-        for inbox in self.inboxes:
-            inbox.clear()
+        for frames in self._frames:
+            frames.clear()
 
     # --- phases ---
 

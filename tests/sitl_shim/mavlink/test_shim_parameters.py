@@ -18,7 +18,8 @@ _INT32, _REAL32, _UINT32 = 6, 9, 5
 @pytest.fixture
 def client() -> ShimClient:
     shim_client = ShimClient(ShimOptions(seed=1, airborne_at_enu_m=(0.0, 0.0, 30.0)))
-    shim_client.run_until(0.5)
+    shim_client.run_until(0.6)
+    shim_client.forget()  # what is told unasked
     return shim_client
 
 
@@ -141,3 +142,18 @@ def test_a_gain_that_was_set_acts_at_once() -> None:
         return float(client.last("ATTITUDE").roll)
 
     assert tilt_after(8.0) > 1.3 * tilt_after(3.0)
+
+
+def test_what_the_airframe_sets_is_told_unasked_while_booting() -> None:
+    client = ShimClient(ShimOptions(vehicle="x500"))
+    client.run_until(1.0)
+    told = {m.param_id: m.param_value for m in client.messages("PARAM_VALUE")}
+    assert told["THR_MDL_FAC"] == 1.0
+    assert told["MPC_THR_HOVER"] == pytest.approx(0.57)
+    assert len(told) < 30
+
+
+@pytest.mark.parametrize(("speed", "time_out_s"), [(0.5, 1.0), (5.0, 5.0), (100.0, 60.0)])
+def test_the_streams_time_out_stretches_with_the_speed(speed: float, time_out_s: float) -> None:
+    client = ShimClient(ShimOptions(speed=speed))
+    assert client.simulation.autopilot.parameters["COM_OF_LOSS_T"] == time_out_s

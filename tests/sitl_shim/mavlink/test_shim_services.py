@@ -44,7 +44,7 @@ def test_a_requested_message_comes_before_its_acknowledgement(
 ) -> None:
     client.command(_REQUEST, message_id)
     client.run(0.05)
-    names = [message.get_type() for _, message in client.inboxes[0]]
+    names = [message.get_type() for _, message in client.inbox()]
     assert name in names[: names.index("COMMAND_ACK")]
     assert client.acks(_REQUEST) == [0]
 
@@ -189,6 +189,22 @@ def test_ping_to_everybody_is_answered_to_its_sender(client: ShimClient) -> None
     assert (answer.target_system, answer.target_component) == (1, 191)
 
 
+@pytest.mark.parametrize(
+    ("request_hex", "reply_hex"),
+    [
+        # As MAVProxy asks a real PX4, and is refused: "@PARAM/param.pck" is not there.
+        ("0000790410000000000000004050415241", "01007981010400000000000" + "00a00000000"),
+        ("01007901000000000000000000", "02007981010100000000000004"),
+    ],
+)
+def test_files_are_refused_at_once(client: ShimClient, request_hex: str, reply_hex: str) -> None:
+    payload = bytes.fromhex(request_hex).ljust(251, b"\0")
+    client.send(dialect.MAVLink_file_transfer_protocol_message(0, 1, 1, payload))
+    client.run(0.1)
+    reply = bytes(client.last("FILE_TRANSFER_PROTOCOL").payload)
+    assert reply == bytes.fromhex(reply_hex).ljust(251, b"\0")
+
+
 # --- texts ---
 
 
@@ -240,7 +256,7 @@ def test_each_link_has_its_own_rates() -> None:
 def test_frames_of_a_link_are_numbered_without_gaps(client: ShimClient) -> None:
     client.run(2.0)
     for component in (1, 240):
-        numbers = [m.get_seq() for _, m in client.inboxes[0] if m.get_srcComponent() == component]
+        numbers = [m.get_seq() for _, m in client.inbox() if m.get_srcComponent() == component]
         assert all((b - a) % 256 == 1 for a, b in itertools.pairwise(numbers))
 
 
@@ -251,5 +267,5 @@ def test_another_system_id_is_used_throughout() -> None:
     client.command(_REQUEST, 148, target=(1, 1))
     client.run(0.1)
     assert client.acks(_REQUEST) == [0]
-    assert {m.get_srcSystem() for _, m in client.inboxes[0]} == {7}
+    assert {m.get_srcSystem() for _, m in client.inbox()} == {7}
     assert not math.isnan(client.last("ATTITUDE").roll)

@@ -208,7 +208,7 @@ def test_truth_in_odometry_is_the_plants_state() -> None:
 def test_truth_can_be_switched_off() -> None:
     client = ShimClient(ShimOptions(truth=False))
     client.run_until(2.0)
-    assert {m.get_srcComponent() for _, m in client.inboxes[0]} == {1}
+    assert {m.get_srcComponent() for _, m in client.inbox()} == {1}
 
 
 def test_the_truths_component_takes_intervals_of_its_own() -> None:
