@@ -201,7 +201,7 @@ class Px4Autopilot:
         if output is None:
             return None
         return PositionTarget(
-            None,
+            output.position_enu_m,
             output.velocity_enu_m_s,
             output.acceleration_enu_m_s2,
             heading_of(output.attitude_flu_to_enu),

@@ -34,8 +34,9 @@ class ControlOutput:
 
     attitude_flu_to_enu: Quaternion
     thrust: float
+    position_enu_m: Vector3 | None
+    """Setpoints, for telemetry; the position only where all of it is controlled."""
     velocity_enu_m_s: Vector3
-    """Velocity setpoint, for telemetry."""
     acceleration_enu_m_s2: Vector3
 
 
@@ -127,6 +128,7 @@ class PositionControl:
         return ControlOutput(
             attitude_from_thrust_axis(body_z, setpoint.yaw_rad),
             thrust,
+            _whole_position(setpoint),
             velocity_sp,
             acceleration_sp,
         )
@@ -207,6 +209,12 @@ class PositionControl:
         for i in (0, 1):
             total = self._integral[i] + i_xy * (velocity_sp[i] - velocity[i]) * TICK_S
             self._integral[i] = max(-limit, min(limit, total))
+
+
+def _whole_position(setpoint: TrajectorySetpoint) -> Vector3 | None:
+    if setpoint.position_xy_m is None or setpoint.position_z_m is None:
+        return None
+    return (*setpoint.position_xy_m, setpoint.position_z_m)
 
 
 def attitude_from_thrust_axis(body_z: Vector3, yaw_rad: float) -> Quaternion:

@@ -267,6 +267,15 @@ def test_position_target_is_nan_while_idle(booted: ShimClient) -> None:
     assert target.type_mask == 63
 
 
+def test_position_target_tells_the_place_that_is_held() -> None:
+    client = ShimClient(ShimOptions(airborne_at_enu_m=(1.0, 2.0, 30.0)))
+    client.run(1.0)
+    target = client.last("POSITION_TARGET_LOCAL_NED")
+    assert (target.x, target.y, target.z) == pytest.approx((2.0, 1.0, -30.0), abs=0.1)
+    assert target.yaw == pytest.approx(math.pi / 2.0, abs=0.05)
+    assert target.type_mask == 0
+
+
 def test_servo_outputs_are_900_disarmed_and_above_1000_armed() -> None:
     client = ShimClient(ShimOptions(airborne_at_enu_m=(0.0, 0.0, 30.0)))
     client.run(1.0)
