@@ -7,6 +7,8 @@ from companion.flight.reports import LANDED_ON_GROUND
 from companion.flight.setpoint_stream import SetpointStream
 from companion.flight.voice import Voice
 
+_ABORTED = "aborted by command"
+
 
 class Authority:
     """Ends what the flight waits for when the vehicle is no longer the companion's to fly.
@@ -26,6 +28,12 @@ class Authority:
         self._modes: tuple[str, ...] = ()
         self._streaming = False
         self._landing = False
+
+    def on_command(self, command: PilotCommand) -> None:
+        """A command has come: an abort takes effect at once, whatever the flight does."""
+        if command is PilotCommand.ABORT:
+            self._stream.stop(_ABORTED)
+        self._connection.waiting.wake()
 
     def expect(self, *modes: str, streaming: bool = False) -> None:
         """In flight: these modes are ours, and setpoints flow if `streaming`."""
@@ -56,23 +64,21 @@ class Authority:
             reason = f"somebody else changed the mode to {connection.mode}"
             stream.stop(reason)
             return HandedOverError(reason)
-        if self._streaming and not stream.running:
-            return HandedOverError(stream.stopped_because)
         command = self._inbox.take()
         if command is PilotCommand.ABORT:
-            was_streaming = stream.running
-            stream.stop("aborted by command")
-            explanation = (
-                connection.dialect.hand_over.explanation
-                if was_streaming
-                else f"the autopilot goes on in mode {connection.mode}"
-            )
-            return HandedOverError(f"aborted by command: {explanation}")
+            return HandedOverError(f"{_ABORTED}: {self._after_abort()}")
+        if self._streaming and not stream.running:
+            return HandedOverError(stream.stopped_because)
         if command is PilotCommand.LAND:
-            if self._landing:
-                self._voice.tell("info", "landing already")
-                return None
-            return LandingAskedError()
-        if command is PilotCommand.RESUME:
+            if not self._landing:
+                return LandingAskedError()
+            self._voice.tell("info", "landing already")
+        elif command is PilotCommand.RESUME:
             self._voice.tell("info", "nothing to resume: the companion flies")
         return None
+
+    def _after_abort(self) -> str:
+        """What the vehicle does now, for a person."""
+        if self._stream.stopped_because == _ABORTED:
+            return self._connection.dialect.hand_over.explanation
+        return f"the autopilot goes on in mode {self._connection.mode}"

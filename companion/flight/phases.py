@@ -46,7 +46,7 @@ async def fly(flight: Flight) -> Ending:
         FlightRefusedError: nothing was armed.
         FlightAbortedError: the flight ended otherwise than by landing; the text says how.
     """
-    flight.inbox.on_put = lambda _: flight.connection.waiting.wake()
+    flight.inbox.on_put = flight.authority.on_command
     await prepare(flight)
     await arm_vehicle(flight)
     return await _fly_armed(flight)

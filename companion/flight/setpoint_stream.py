@@ -76,8 +76,9 @@ class SetpointStream:
         self.running = False
         self.punctuality.pause()
         self.stopped_because = reason
-        # Nothing that waits may go on as if setpoints flowed.
-        self._connection.waiting.wake()
+        # Nothing that waits may go on as if setpoints flowed; who stops the stream while looking
+        # at what is waited for has a better reason than we have, so not from within.
+        asyncio.get_running_loop().call_soon(self._connection.waiting.wake)
 
     async def watch(self) -> None:
         """Cover samples that do not come, until cancelled."""

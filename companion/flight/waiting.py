@@ -74,13 +74,17 @@ class Waiting:
         for condition, future in list(self._waiters):
             if future.done():
                 continue
+            error: Exception | None
             # Whatever raises in here belongs to who waits, not to who brought the news: asyncio
             # would swallow it there, and the flight would wait for ever.
             try:
                 error = self.failure or self.interruption()
-                if error is None and condition():
-                    future.set_result(None)
+                holds = error is None and condition()
             except Exception as raised:
-                error = raised
+                error, holds = raised, False
+            if future.done():
+                continue  # looking at it has woken us once more, from within
             if error is not None:
                 future.set_exception(error)
+            elif holds:
+                future.set_result(None)

@@ -66,7 +66,8 @@ class Flown:
     def told(self, text):
         """Times at which a text was told: on the display, in the log, and on the wire."""
         shown = [t for t, _, said in self.seen.messages if text in said]
-        logged = [r.time_s for r in self.records("event") if text in r.values["text"]]
+        logged = [text in r.values["text"] for r in self.records("event") if is_message(r)]
+        logged = [said for said in logged if said]
         on_wire = [said for said in self.wire.texts if text in said]
         assert len(shown) == len(logged) == len(on_wire), (text, shown, logged, on_wire)
         return shown
@@ -77,6 +78,11 @@ class Flown:
     @property
     def was_armed(self):
         return any(armed for _, armed in self.wire.armed)
+
+
+def is_message(event):
+    """True for what a person was told, as against the phases in the same channel."""
+    return not event.values["text"].startswith("phase ")
 
 
 class Bench:

@@ -94,9 +94,9 @@ class Wire:
         if packet.component_id == AUTOPILOT and packet.message_id == MessageId.HEARTBEAT:
             self._note_heartbeat(packet)
         arriving = raw if self.from_shim is None else self.from_shim(packet)
-        if arriving and packet.component_id == AUTOPILOT:
-            if packet.message_id == MessageId.ODOMETRY:
-                self.last_state_s = packet.time_s
+        is_state = packet.component_id == AUTOPILOT and packet.message_id == MessageId.ODOMETRY
+        if arriving and is_state:
+            self.last_state_s = packet.time_s
         more, self._from_shim_too = self._from_shim_too, []
         return b"".join([arriving, *more])
 
@@ -159,9 +159,7 @@ class Wire:
         if packet.message_id == MessageId.SET_ATTITUDE_TARGET:
             _, qw, qx, qy, qz, _, _, _, thrust, _, _, mask = packet.fields(_SETPOINT)
             age = packet.time_s - self.last_state_s
-            self.setpoints.append(
-                SentSetpoint(packet.time_s, age, (qw, qx, qy, qz), thrust, mask)
-            )
+            self.setpoints.append(SentSetpoint(packet.time_s, age, (qw, qx, qy, qz), thrust, mask))
         elif packet.message_id == MessageId.COMMAND_LONG:
             *parameters, command_id, _, _, _ = packet.fields(_COMMAND)
             self.commands.append((packet.time_s, command_id, tuple(parameters)))
