@@ -171,8 +171,12 @@ def step(
 
 
 def with_applied(memory: L1Memory, applied_u: Array) -> L1Memory:
-    """Tell the predictor what the limits after the law left of u."""
-    return replace(memory, applied_u=applied_u)
+    """Tell the law what the limits after it left of u.
+
+    The predictor must see what the vehicle gets, or the missing part looks like a disturbance; and
+    the state of C(s) is held at the limit, or u runs away from it and takes 1/ω to come back.
+    """
+    return replace(memory, applied_u=applied_u, filtered_u=applied_u)
 
 
 def _project(
