@@ -1,7 +1,7 @@
 """Which changes on the ladder are told to a person, so that nothing is missed and nothing floods.
 
-A change for the worse is told at once, unless the same was told a moment ago; a condition that
-comes and goes is told at most once in `QUIET_S`.  The log's records hold every tick anyway.
+A change for the worse is told at once, unless the same was told a moment ago; one for the better
+when it has lasted.  The log's records hold every tick anyway.
 """
 
 from typing import NamedTuple
@@ -9,6 +9,12 @@ from typing import NamedTuple
 from companion.flight.supervisor import Rung
 
 QUIET_S = 2.0
+"""The same is not told twice within this."""
+SETTLED_S = 1.0
+"""So long must all have been better before that is told."""
+
+
+_FALLBACK_DEPTH = {"": 0, "shifted plan": 1}
 
 
 class Condition(NamedTuple):
@@ -23,17 +29,13 @@ class Condition(NamedTuple):
     def depth(self) -> int:
         """How far down the ladder: 0 is well."""
         if self.rung is Rung.TRACK:
-            return 1 if self.fallback else 0
-        return 2 if self.rung is Rung.LEVEL else 3
-
-    def same_as(self, other: "Condition") -> bool:
-        """True if a person would not call it a change."""
-        return self.depth == other.depth and self.fallback == other.fallback
+            return _FALLBACK_DEPTH.get(self.fallback, 2)
+        return 3 if self.rung is Rung.LEVEL else 4
 
     @property
     def severity(self) -> str:
         """For a person: "info", "warning" or "error"."""
-        return ("info", "warning", "warning", "error")[self.depth]
+        return ("info", "warning", "warning", "warning", "error")[self.depth]
 
     def text(self, hand_over: str) -> str:
         """One line for a person.
@@ -58,21 +60,27 @@ class Announcer:
         self._told = WELL
         self._told_s: dict[int, float] = {}
         """When each depth was told last."""
+        self._better_since_s: float | None = None
 
     def due(self, condition: Condition, now_s: float) -> bool:
         """True if a condition is to be told now; it then counts as told."""
-        if condition.same_as(self._told):
-            return False
-        newest = max(self._told_s.values(), default=-QUIET_S)
-        worse = condition.depth > self._told.depth
-        again_soon = now_s - self._told_s.get(condition.depth, -QUIET_S) < QUIET_S
-        if now_s - newest < QUIET_S and not (worse and not again_soon):
-            return False
+        depth, told = condition.depth, self._told.depth
+        if depth < told:
+            if self._better_since_s is None:
+                self._better_since_s = now_s
+            if now_s - self._better_since_s < SETTLED_S:
+                return False
+        else:
+            self._better_since_s = None
+            if depth == told or now_s - self._told_s.get(depth, -QUIET_S) < QUIET_S:
+                return False
         self._told = condition
-        self._told_s[condition.depth] = now_s
+        self._told_s[depth] = now_s
+        self._better_since_s = None
         return True
 
     def clear(self) -> None:
         """Begin anew, all well."""
         self._told = WELL
         self._told_s = {}
+        self._better_since_s = None

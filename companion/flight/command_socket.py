@@ -5,13 +5,16 @@ its owner can enter, writes one word, and reads one line back.
 """
 
 import asyncio
+import contextlib
 import os
+import stat
 import tempfile
 from pathlib import Path
 
 from companion.flight.inbox import Inbox, PilotCommand
 
 _LONGEST_WORD = 64
+_LONGEST_ANSWER = 200
 
 
 class CommandSocketError(Exception):
@@ -42,10 +45,13 @@ class CommandServer:
         """
         folder = self._path.parent
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if folder.stat().st_uid != os.getuid():
-            raise PermissionError(f"{folder} belongs to somebody else")
+        if not _is_ours(folder):
+            raise PermissionError(f"{folder} belongs to somebody else, or is a link")
         folder.chmod(0o700)
         self._path.unlink(missing_ok=True)
+        for path in folder.glob("*.sock"):
+            if _running_pid(path) is None:  # its flight was killed
+                path.unlink(missing_ok=True)
         self._server = await asyncio.start_unix_server(self._serve, self._path)
 
     async def close(self) -> None:
@@ -56,15 +62,17 @@ class CommandServer:
             self._path.unlink(missing_ok=True)
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        try:
-            word = (await asyncio.wait_for(reader.read(_LONGEST_WORD), 1.0)).decode().strip()
-            self._inbox.put(PilotCommand(word))
-            writer.write(f"{word}: taken\n".encode())
+        with contextlib.suppress(ConnectionError):
+            try:
+                word = (await asyncio.wait_for(reader.read(_LONGEST_WORD), 1.0)).decode().strip()
+                self._inbox.put(PilotCommand(word))
+                answer = f"{word}: taken\n"
+            except (ValueError, TimeoutError):
+                known = ", ".join(command.value for command in PilotCommand)
+                answer = f"not a command; there are {known}\n"
+            writer.write(answer.encode())
             await writer.drain()
-        except (ValueError, UnicodeDecodeError, TimeoutError, ConnectionError):
-            writer.write(b"not a command\n")
-        finally:
-            writer.close()
+        writer.close()
 
 
 async def send_command(command: PilotCommand, pid: int | None) -> str:
@@ -78,8 +86,8 @@ async def send_command(command: PilotCommand, pid: int | None) -> str:
         CommandSocketError: no flight, several, or one that does not answer.
     """
     folder = socket_folder()
-    running = sorted(folder.glob("*.sock")) if folder.is_dir() else []
-    alive = [path for path in running if _is_alive(int(path.stem))]
+    found = sorted(folder.glob("*.sock")) if folder.is_dir() and _is_ours(folder) else []
+    alive = [path for path in found if _running_pid(path) is not None]
     if pid is not None:
         alive = [path for path in alive if path.stem == str(pid)]
     if not alive:
@@ -92,18 +100,31 @@ async def send_command(command: PilotCommand, pid: int | None) -> str:
         reader, writer = await asyncio.open_unix_connection(alive[0])
         writer.write(command.value.encode())
         writer.write_eof()
-        answer = await asyncio.wait_for(reader.read(_LONGEST_WORD), 2.0)
+        answer = await asyncio.wait_for(reader.read(_LONGEST_ANSWER), 2.0)
         writer.close()
     except (OSError, TimeoutError) as error:
-        raise CommandSocketError(f"The flight does not answer: {error}.") from error
+        raise CommandSocketError(
+            f"The flight does not answer ({error or 'no word within 2 s'}). If its process hangs, "
+            "end it: the autopilot's failsafe then takes over."
+        ) from error
     return answer.decode().strip()
 
 
-def _is_alive(pid: int) -> bool:
+def _is_ours(folder: Path) -> bool:
+    """True for a real folder that belongs to this user."""
+    status = folder.lstat()
+    return stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
+
+
+def _running_pid(path: Path) -> int | None:
+    """The process whose socket this is; None if there is none any more."""
+    if not path.stem.isdecimal():
+        return None
+    pid = int(path.stem)
     try:
         os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
+    except (ProcessLookupError, OverflowError):
+        return None
     except PermissionError:
-        return True
-    return True
+        pass
+    return pid
