@@ -66,9 +66,11 @@ def encode(name: str, /, **fields: Any) -> Outgoing:  # noqa: ANN401 - fields di
         TypeError: a field is missing or is not one of the message.
         struct.error: a value does not fit its field.
     """
-    message = message_class(name)(**fields)
+    generated = message_class(name)
+    message = generated(**fields)
     message.pack(MAVLink(None))
-    return Outgoing(int(message.id), bytes(message.get_payload()))
+    # Of the class: STATUSTEXT has a field of the name `id`, which hides it in the object.
+    return Outgoing(int(generated.id), bytes(message.get_payload()))
 
 
 class Packer:

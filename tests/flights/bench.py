@@ -20,7 +20,6 @@ from tests.flights.wire import Wire
 SHORT = "t,x,y,z\n0,0,0,2.4\n1,0.3,0.1,2.4\n2,0.7,0.1,2.3\n3,0.5,-0.2,2.4\n4,0.4,-0.3,2.5\n"
 """Four seconds near the place of take-off."""
 STATE_AGE_LIMIT_S = 0.1
-TILT_LIMIT_DEG = 25.0
 LEVEL_DEG = 0.01
 
 
@@ -126,17 +125,17 @@ class Bench:
         assert log.trouble is None
         assert log.lost == 0
         if check:
-            assert_setpoints_are_sound(self.wire)
+            assert_setpoints_are_sound(self.wire, config.vehicle.tilt_limit_deg)
         return Flown(outcome, folder, self.wire, seen)
 
 
-def assert_setpoints_are_sound(wire):
+def assert_setpoints_are_sound(wire, tilt_limit_deg):
     """Finite, of unit norm, within the vehicle's limits, and level unless the state is fresh."""
     for s in wire.setpoints:
         assert all(math.isfinite(c) for c in (*s.quaternion, s.thrust)), s
         assert abs(math.hypot(*s.quaternion) - 1.0) < 1e-4, s
         assert 0.0 <= s.thrust <= 1.0, s
         # u holds the sines of roll and pitch; together they may tilt a little less.
-        assert s.tilt_deg <= TILT_LIMIT_DEG + 0.1, s
+        assert s.tilt_deg <= tilt_limit_deg + 0.1, s
         assert s.mask == 7, s
         assert s.state_age_s <= STATE_AGE_LIMIT_S or s.tilt_deg < LEVEL_DEG, s

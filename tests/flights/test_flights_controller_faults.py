@@ -7,8 +7,10 @@ import pytest
 from companion.control.qp.osqp_solver import OsqpSolver
 from companion.control.qp.port import QpSolution
 
-CONSTRAINED = {"controller.mpc.r_max_m_s2": "1.0"}
-"""So that every plan needs the solver."""
+CONSTRAINED = {"controller.mpc.r_max_m_s2": "100"}
+"""So that nearly every plan needs the solver."""
+TIGHT = {"controller.mpc.r_max_m_s2": "20"}
+"""So that every plan does; at this the solver now and then fails by itself."""
 
 
 class Faulty:
@@ -45,8 +47,8 @@ def between(begin_s, end_s, fault):
     return lambda t: fault if begin_s <= t < end_s else ""
 
 
-def fly(bench, fault, **more):
-    return bench.fly(settings=CONSTRAINED, make_solver=Faulty(bench, fault), **more)
+def fly(bench, fault, settings=CONSTRAINED):
+    return bench.fly(settings=settings, make_solver=Faulty(bench, fault))
 
 
 def test_a_solver_that_fails_for_a_while_is_bridged_by_the_shifted_plan(bench):
@@ -73,7 +75,7 @@ def test_a_solver_that_fails_longer_is_bridged_by_the_clipped_closed_form(bench)
 
 
 def test_a_solver_that_fails_for_ever_hands_over_after_a_second(bench):
-    flown = fly(bench, between(1.0, 1e9, "fail"))
+    flown = fly(bench, between(1.0, 1e9, "fail"), TIGHT)
     assert flown.outcome.outcome == "aborted"
     (over,) = flown.told("handing over: no plan could be solved for 1 s")
     assert over - flown.began("track") == pytest.approx(2.0, abs=0.1)
