@@ -187,38 +187,33 @@ def _project(
     velocity_m_s: Array,
     dt_s: float,
 ) -> tuple[Array, Array, bool]:
-    """Repeat the step of the axes that move outwards near the bound, with the rate scaled down.
+    """Repeat the step of the axes that are near the bound, with the projection.
 
     ``Proj(σ̂, e) = e (1 - f)`` where ``f = ((1 + ε) σ̂² - bound²) / (ε bound²)`` is positive and e
-    points outwards.  f is taken at the farther end of the step, so that a long step can't
-    overshoot; the bound itself is then never passed.
+    points outwards.  f is taken at the beginning of the step; a step that would still pass the
+    bound, from inside or from the other side, ends on it.
     """
     y_next, sigma_next = y_free.copy(), sigma_free.copy()
     projecting = False
     eps = gains.projection_margin
     for i, bound in enumerate(gains.sigma_bound):
         old, new = float(memory.sigma_hat[i]), float(sigma_free[i])
-        outward = abs(new) > abs(old) and new * (new - old) > 0.0
-        f = ((1.0 + eps) * new * new - bound * bound) / (eps * bound * bound)
-        if f <= 0.0 or not (outward or abs(new) > bound):
-            continue
-        projecting = True
-        gamma = gains.gamma[i] * max(0.0, 1.0 - f)
-        inputs = np.array(
-            [
-                memory.predicted_velocity_m_s[i],
-                old,
-                memory.applied_u[i],
-                memory.last_velocity_m_s[i],
-                velocity_m_s[i],
-            ]
-        )
-        if gamma > 1e-3 * gains.gamma[i]:
-            y_row, sigma_row = _axis_coefficients(gains.m[i], gamma, dt_s)
-            y_next[i], sigma_next[i] = inputs @ y_row, inputs @ sigma_row
-        else:
+        y_old, u = float(memory.predicted_velocity_m_s[i]), float(memory.applied_u[i])
+        f = ((1.0 + eps) * old * old - bound * bound) / (eps * bound * bound)
+        if f > 0.0 and (new - old) * old > 0.0:
+            projecting = True
+            rate = gains.gamma[i] * max(1e-6, 1.0 - f)
+            inputs = np.array(
+                [y_old, old, u, memory.last_velocity_m_s[i], velocity_m_s[i]], dtype=float
+            )
+            y_row, sigma_row = _axis_coefficients(gains.m[i], rate, dt_s)
+            y_next[i] = inputs @ y_row
+            new = float(inputs @ sigma_row)
+            sigma_next[i] = new
+        if abs(new) > bound:
+            projecting = True
+            sigma_next[i] = math.copysign(bound, new)
             decay = math.exp(-gains.m[i] * dt_s)
-            y_next[i] = decay * inputs[0] + (1.0 - decay) * (inputs[2] + old)
-            sigma_next[i] = old
-        sigma_next[i] = min(bound, max(-bound, float(sigma_next[i])))
+            held = 0.5 * (old + float(sigma_next[i]))
+            y_next[i] = decay * y_old + (1.0 - decay) * (u + held)
     return y_next, sigma_next, projecting
