@@ -118,7 +118,7 @@ def test_projection_says_that_it_acts_and_lets_go_again():
         acted = acted or record.projecting
     assert acted
     assert memory.sigma_hat[0] > 7.0
-    for _ in range(600):
+    for _ in range(1500):
         memory, record = l1_adaptive.step(
             GAINS, memory, np.zeros(3), np.zeros(3), np.zeros(3), 0.01
         )
