@@ -15,6 +15,7 @@ from companion.flight.conduct import Outcome, conduct
 from companion.flight.inbox import Inbox
 from companion.flight.observer import Observer
 from companion.flight.shim_process import ShimOptions
+from companion.flight.signals import commands_by_signal
 from companion.link.memory import MemoryLink
 from companion.recording.flight_log import FlightLog
 from companion.trajectories.trajectory import Trajectory
@@ -99,16 +100,17 @@ async def _fly(
     await link.open()
     flying_shim = asyncio.get_running_loop().create_task(shim.run())
     try:
-        return await conduct(
-            config,
-            trajectory,
-            link,
-            log,
-            inbox,
-            observer,
-            real_time=False,
-            make_solver=make_solver,
-        )
+        with commands_by_signal(inbox, observer):
+            return await conduct(
+                config,
+                trajectory,
+                link,
+                log,
+                inbox,
+                observer,
+                real_time=False,
+                make_solver=make_solver,
+            )
     finally:
         link.close()
         flying_shim.cancel()

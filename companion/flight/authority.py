@@ -61,7 +61,10 @@ class Authority:
             )
         on_ground = self._landing and reports.landed_state == LANDED_ON_GROUND
         if reports.armed and not on_ground and connection.mode not in self._modes:
-            reason = f"somebody else changed the mode to {connection.mode}"
+            reason = (
+                f"somebody else changed the mode to {connection.mode} "
+                "(a person, or the autopilot's failsafe)"
+            )
             stream.stop(reason)
             return HandedOverError(reason)
         command = self._inbox.take()

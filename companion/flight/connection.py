@@ -37,6 +37,8 @@ _HOUSEKEEPING_S = 0.05
 _HEARTBEAT_S = 1.0
 _SILENCE_TOLD_S = 1.0
 _TEXT_IDS = 0xFFFF
+_NOBODY = (0, 0)
+"""Whom an acknowledgement names whose sender does not say."""
 
 
 class FrameLog(Protocol):
@@ -87,6 +89,10 @@ class Connection:
         """Whom to address; only once the vehicle is known."""
         assert self.peers.vehicle is not None
         return self.peers.vehicle.target
+
+    @property
+    def _our_address(self) -> tuple[int, int]:
+        return (self._packer.system_id, self._packer.component_id)
 
     @property
     def link_description(self) -> str:
@@ -193,7 +199,10 @@ class Connection:
             for outgoing in self.clock.on_timesync(received_s, frame):
                 self.send(outgoing)
         elif message_id == MessageId.COMMAND_ACK:
-            self.exchanges.on_ack(received_s, ack_from_frame(frame))
+            ack = ack_from_frame(frame)
+            # Another client's commands are acknowledged on our link, too.
+            if (ack.target_system, ack.target_component) in (_NOBODY, self._our_address):
+                self.exchanges.on_ack(received_s, ack)
         elif message_id in REPORT_IDS:
             self.reports.take(frame)
 

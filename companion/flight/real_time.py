@@ -3,15 +3,15 @@
 import asyncio
 import contextlib
 import gc
-import signal
 import time
 
 from companion.config.resolve import FlightConfig
 from companion.flight.command_socket import CommandServer
 from companion.flight.conduct import Outcome, conduct
-from companion.flight.inbox import Inbox, PilotCommand
+from companion.flight.inbox import Inbox
 from companion.flight.observer import Observer
 from companion.flight.shim_process import ShimOptions, ShimProcess, start_shim
+from companion.flight.signals import commands_by_signal
 from companion.link.udp import UdpLink
 from companion.link.url import parse_link_url
 from companion.recording.flight_log import FlightLog
@@ -60,9 +60,6 @@ async def _fly(
     server = CommandServer(inbox)
     shim: ShimProcess | None = None
     await link.open()
-    loop = asyncio.get_running_loop()
-    loop.add_signal_handler(signal.SIGINT, _on_interrupt, inbox, observer)
-    loop.add_signal_handler(signal.SIGTERM, inbox.put, PilotCommand.LAND)
     # A collection of everything that was imported takes milliseconds; none of it is garbage.
     gc.collect()
     gc.freeze()
@@ -74,30 +71,20 @@ async def _fly(
         if options is not None:
             assert link.local is not None
             shim = await start_shim(options, link.local[1])
-        return await conduct(
-            config,
-            trajectory,
-            link,
-            log,
-            inbox,
-            observer,
-            real_time=True,
-            lost=shim.lost if shim else None,
-        )
+        with commands_by_signal(inbox, observer):
+            return await conduct(
+                config,
+                trajectory,
+                link,
+                log,
+                inbox,
+                observer,
+                real_time=True,
+                lost=shim.lost if shim else None,
+            )
     finally:
-        loop.remove_signal_handler(signal.SIGINT)
-        loop.remove_signal_handler(signal.SIGTERM)
         link.close()
         with contextlib.suppress(OSError):
             await server.close()
         if shim is not None:
             await shim.end()
-
-
-def _on_interrupt(inbox: Inbox, observer: Observer) -> None:
-    if inbox.interrupts == 0:
-        observer.message("warning", "Ctrl-C: landing. Once more hands over to the autopilot.")
-        inbox.put(PilotCommand.LAND)
-    else:
-        inbox.put(PilotCommand.ABORT)
-    inbox.interrupts += 1

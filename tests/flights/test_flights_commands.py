@@ -1,5 +1,9 @@
 """`land`, `abort` and `resume` in every phase of a flight."""
 
+import os
+import signal
+import threading
+
 import pytest
 
 from companion.flight.inbox import PilotCommand
@@ -138,3 +142,21 @@ def test_the_ground_cannot_be_resumed_from(bench):
     assert flown.outcome.outcome == "aborted"
     assert flown.told("not resumed: the vehicle is on the ground")
     assert "the autopilot has landed and disarmed" in flown.outcome.note
+
+
+@pytest.mark.skipif(
+    threading.current_thread() is not threading.main_thread(), reason="signals need the main thread"
+)
+@pytest.mark.parametrize(("presses", "outcome"), [(1, "landed"), (2, "aborted"), (3, "aborted")])
+def test_ctrl_c_lands_and_then_hands_over_in_lockstep_too(bench, presses, outcome):
+    for k in range(presses):
+        bench.after("track", 1.0 + 0.05 * k, lambda: os.kill(os.getpid(), signal.SIGINT))
+    flown = bench.fly(settings={"timeouts.handed_over_s": "60"})
+    assert flown.outcome.outcome == outcome
+    assert "by command" in flown.outcome.note
+    assert not flown.outcome.completed
+    pressed = flown.began("track") + 1.0
+    if presses == 3:  # the last press does not wait for the ground
+        assert flown.records("event")[-1].time_s - pressed < 0.3
+    else:
+        assert flown.wire.armed[-1][1] is False

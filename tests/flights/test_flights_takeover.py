@@ -1,9 +1,11 @@
 """Somebody else takes the vehicle over, or it is disarmed: the companion never fights."""
 
+import struct
+
 import pytest
 
 from companion.flight.inbox import PilotCommand
-from companion.mavlink.messages import MessageId, Severity, status_texts
+from companion.mavlink.messages import MessageId, Outgoing, Severity, status_texts
 
 WAIT = {"timeouts.handed_over_s": "3.0"}
 """Nobody says a word for so long: then the flight ends."""
@@ -167,3 +169,19 @@ def test_a_wrong_message_of_the_vehicle_does_not_stop_the_rest(bench, monkeypatc
     assert flown.outcome.outcome == "aborted"
     assert "The take-off did not end" in flown.outcome.note
     assert flown.wire.armed[-1][1] is False
+
+
+def test_what_the_autopilot_answers_to_somebody_else_is_not_our_answer(bench):
+    """A ground station's request is refused while ours is pending on the same link."""
+    refused = struct.Struct("<HBBiBB")
+
+    def answer_others():
+        bench.wire.send_to_companion(
+            Outgoing(MessageId.COMMAND_ACK, refused.pack(176, 1, 0, 0, 255, 190))
+        )
+
+    bench.after("engage", 1.005, answer_others)
+    bench.after("land", 0.005, answer_others)
+    flown = bench.fly()
+    assert flown.outcome.outcome == "landed"
+    assert flown.outcome.completed
