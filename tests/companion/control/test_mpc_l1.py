@@ -67,8 +67,12 @@ def hover_offset_m(stack, place):
 
 
 def test_the_papers_literal_cost_pulls_a_hover_towards_the_origin_and_the_default_does_not():
-    far = (5.0, -3.0, 1.2)
-    assert hover_offset_m(stack_for(**{"mpc.penalise": "absolute_r"}), far) > 0.04
+    """The bias is proportional to the distance from the origin: it is one of the cost."""
+    near, far = (5.0, -3.0, 1.2), (10.0, -6.0, 2.4)
+    literal = stack_for(**{"mpc.penalise": "absolute_r"})
+    bias = hover_offset_m(literal, near)
+    assert bias > 0.02
+    assert hover_offset_m(literal, far) == pytest.approx(2.0 * bias, rel=0.05)
     assert hover_offset_m(stack_for(), far) < 0.002
 
 
