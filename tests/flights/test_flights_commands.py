@@ -7,6 +7,7 @@ import threading
 import pytest
 
 from companion.flight.inbox import PilotCommand
+from companion.mavlink.messages import MessageId
 
 BEFORE_ARMING = ("connect", "ready")
 ON_GROUND = ("arm",)
@@ -126,8 +127,6 @@ def test_the_ground_cannot_be_resumed_from(bench):
         else:
             asyncio.get_running_loop().call_later(0.05, when_down)
 
-    from companion.mavlink.messages import MessageId
-
     landed = []
 
     def watch(packet):
@@ -160,3 +159,21 @@ def test_ctrl_c_lands_and_then_hands_over_in_lockstep_too(bench, presses, outcom
         assert flown.records("event")[-1].time_s - pressed < 0.3
     else:
         assert flown.wire.armed[-1][1] is False
+
+
+def test_a_take_off_that_was_given_up_is_not_asked_for_again(bench):
+    """Nobody answers to the take-off; the person wants to land instead."""
+
+    def lose(packet):
+        return b"" if packet.message_id == MessageId.COMMAND_LONG else packet.raw
+
+    def begin():
+        bench.wire.to_shim = lose
+        bench.wire.restore_after(0.3)
+
+    bench.after("take off", 0.0, begin)
+    bench.after("take off", 0.2, lambda: bench.inbox.put(PilotCommand.LAND))
+    flown = bench.fly()
+    assert flown.outcome.outcome == "landed"
+    assert [c for _, c, _ in flown.wire.commands].count(22) == 1
+    assert "takeoff" not in [mode for _, mode in flown.wire.modes]

@@ -6,6 +6,7 @@ import pytest
 
 from companion.flight.inbox import PilotCommand
 from companion.mavlink.messages import MessageId, Outgoing, Severity, status_texts
+from tests.flights.wire import AUTOPILOT
 
 WAIT = {"timeouts.handed_over_s": "3.0"}
 """Nobody says a word for so long: then the flight ends."""
@@ -185,3 +186,27 @@ def test_what_the_autopilot_answers_to_somebody_else_is_not_our_answer(bench):
     flown = bench.fly()
     assert flown.outcome.outcome == "landed"
     assert flown.outcome.completed
+
+
+def test_a_state_in_the_same_datagram_as_the_takeover_is_not_flown_on(bench):
+    held = []
+
+    def join(packet):
+        """Reports of the mode travel in one datagram with the state that follows them."""
+        if packet.component_id == AUTOPILOT and packet.message_id == MessageId.CURRENT_MODE:
+            held.append(packet.raw)
+            return b""
+        if packet.component_id == AUTOPILOT and packet.message_id == MessageId.ODOMETRY:
+            joined = b"".join([*held, packet.raw])
+            held.clear()
+            return joined
+        return packet.raw
+
+    def begin():
+        bench.wire.from_shim = join
+        bench.wire.change_mode("loiter")
+
+    bench.after("track", 1.0, begin)
+    flown = bench.fly(settings=WAIT)
+    (said,) = flown.told("handed over: somebody else changed the mode to loiter")
+    assert all(s.time_s < said for s in flown.wire.setpoints)
