@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from companion.config.resolve import find_config, load_flight
+from companion.config.resolve import configs_folder, load_flight
 from companion.flight.assemble import make_trajectory
 from companion.flight.conduct import Outcome
 from companion.flight.inbox import Inbox
@@ -108,7 +108,7 @@ class Bench:
         folder = self.folder / "flight"
         log = FlightLog(folder, CHANNELS)
         seen = Seen(self.happenings)
-        scenario = find_config("scenarios", wind).resolve()
+        scenario = configs_folder() / "scenarios" / f"{wind}.yaml"
         shim = ShimOptions("px4", mission.vehicle, scenario, mission.seed, speed)
         outcome = fly_in_lockstep(
             config,
