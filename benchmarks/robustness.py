@@ -87,7 +87,7 @@ def mean_error_mm(trajectory: int, seed: int, vehicle: str, controller: str, shi
                 make_trajectory(config.mission),
                 log,
                 SilentObserver(),
-                ShimOptions("px4", str(shim), find_config("scenarios", "calm"), seed),
+                ShimOptions("px4", str(shim), find_config("scenario", "calm"), seed),
             )
         finally:
             log.close()

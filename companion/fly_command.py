@@ -1,5 +1,6 @@
 """What ``companion fly`` does: configure, check, fly, score, draw, tell."""
 
+import contextlib
 import json
 import re
 import sys
@@ -13,16 +14,17 @@ from typing import Any
 from rich.console import Console
 
 from companion.config.models import MissionConfig
-from companion.config.resolve import FlightConfig, find_config, load_flight
-from companion.config.yaml_source import ConfigError
+from companion.config.resolve import FlightConfig, find_config, load_flight, shipped_names
+from companion.config.yaml_source import ConfigError, read_yaml
 from companion.flight.assemble import infeasibilities, make_trajectory
 from companion.flight.conduct import Outcome, OutcomeName
 from companion.flight.records import CHANNELS
 from companion.flight.shim_process import ShimOptions
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
-from companion.recording.flight_log import FlightLog, FlightLogError
-from companion.report.metrics import TrackingFigures, tracking_figures
+from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, FlightLog, FlightLogError
+from companion.report.flight_data import FlightData, read_flight
+from companion.report.metrics import tracking_figures
 from companion.report.result import result_object, write_result
 from companion.report.terminal import TerminalObserver, result_table
 from companion.trajectories.from_file import TrajectoryFileError
@@ -59,7 +61,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     try:
         config = load_flight(request.mission_file, request.overrides, _settings(request.settings))
         trajectory = make_trajectory(config.mission)
-        shim = _shim_options(config.mission, request)
+        shim = _shim_options(config, lockstep=request.lockstep)
         if config.mission.connect is not None:
             parse_link_url(config.mission.connect)
     except (ConfigError, TrajectoryFileError, LinkError) as error:
@@ -70,6 +72,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
 
     folder = request.out or _new_folder(config.mission)
     started = time.perf_counter()
+    is_new = not folder.exists()
     try:
         log = FlightLog(folder, CHANNELS, base_us=_base_us(request.lockstep))
     except FlightLogError as error:
@@ -77,17 +80,25 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     try:
         with TerminalObserver(console, verbose=request.verbose) as observer:
             outcome = _fly(config, trajectory, log, observer, shim, lockstep=request.lockstep)
-    except LinkError as error:
+    except (LinkError, BadInputError) as error:
+        log.close()
+        _discard(folder, folder_too=is_new)
         raise BadInputError(str(error)) from error
     finally:
         log.close()
     wall_s = time.perf_counter() - started
 
-    figures = _score_and_draw(config.mission, outcome, folder)
+    data = read_flight(folder) if outcome.scored_s is not None else None
+    figures = tracking_figures(data, outcome.scored_s) if data else None
     result = result_object(
         config.mission, outcome, figures, wall_s=wall_s, log_dir=folder.resolve()
     )
-    write_result(folder, result)
+    try:
+        write_result(folder, result)
+        if data is not None and outcome.scored_s is not None:
+            _draw(config.mission, data, outcome.scored_s, folder)
+    except OSError as error:
+        console.print(f"warning: {folder} is not complete: {error}", style="yellow")
     if log.trouble is not None:
         console.print(f"warning: {log.trouble}", style="yellow")
     if outcome.r_max_active_share > _R_MAX_WARNING_SHARE:
@@ -114,7 +125,13 @@ def _fly(
         from companion.lockstep import fly_in_lockstep
 
         assert shim is not None
-        return fly_in_lockstep(config, trajectory, log, observer, shim)
+        try:
+            return fly_in_lockstep(config, trajectory, log, observer, shim)
+        except ValueError as error:
+            # The shim's own words on a scenario's file; its types are not for us to import.
+            if not type(error).__module__.startswith("sitl_shim."):
+                raise
+            raise BadInputError(str(error)) from error
     from companion.flight.real_time import fly_in_real_time
 
     return fly_in_real_time(config, trajectory, log, observer, shim)
@@ -124,21 +141,25 @@ def _settings(pairs: tuple[str, ...]) -> dict[str, str]:
     settings = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")
+        key = key.strip()
         if not equals or not key:
             raise ConfigError(f"--set {pair}: write KEY=VALUE, as in --set hover_s=2.")
-        settings[key.strip()] = value
+        if key in settings:
+            raise ConfigError(f"--set {key} is given twice. Leave one of them out.")
+        settings[key] = value
     return settings
 
 
-def _shim_options(mission: MissionConfig, request: FlyRequest) -> ShimOptions | None:
+def _shim_options(config: FlightConfig, *, lockstep: bool) -> ShimOptions | None:
     """The embedded shim, or None for a real autopilot."""
+    mission = config.mission
     if mission.connect is not None:
-        if "wind" in request.overrides:
+        if "wind" in mission.model_fields_set:
             raise ConfigError(
                 "--wind belongs to the embedded shim; with --connect the weather is what it is. "
-                "Leave one of the two out."
+                "Leave one of the two out (`wind` and `connect` in a mission file)."
             )
-        if request.lockstep:
+        if lockstep:
             raise ConfigError(
                 "--lockstep belongs to the embedded shim; with --connect time is real. Leave one "
                 "of the two out."
@@ -146,10 +167,23 @@ def _shim_options(mission: MissionConfig, request: FlyRequest) -> ShimOptions | 
         return None
     return ShimOptions(
         autopilot=mission.autopilot,
-        vehicle=mission.vehicle,
+        vehicle=_plant(config),
         scenario=_scenario(mission),
         seed=mission.seed,
     )
+
+
+def _plant(config: FlightConfig) -> str:
+    """The shim's vehicle: it has one for each vehicle that is shipped, of the same name."""
+    name = config.vehicle.name
+    known = shipped_names("vehicles")
+    if name not in known:
+        raise ConfigError(
+            f"{config.mission.vehicle}: the embedded shim can't fly the vehicle '{name}'. Set "
+            f"`name` in the file to the one that it is like ({', '.join(known)}), or give the "
+            "link to a real one with --connect."
+        )
+    return name
 
 
 def _scenario(mission: MissionConfig) -> Path:
@@ -162,7 +196,7 @@ def _scenario(mission: MissionConfig) -> Path:
                 "a file give a scenario's YAML file (see configs/scenarios/fan-4.yaml)."
             )
         name = f"fan-{mission.trajectory}"
-    return find_config("scenarios", name).resolve()
+    return find_config("scenario", name).resolve()
 
 
 def _base_us(lockstep: bool) -> int:
@@ -172,6 +206,15 @@ def _base_us(lockstep: bool) -> int:
     from companion.flight.real_time import log_base_us
 
     return log_base_us()
+
+
+def _discard(folder: Path, *, folder_too: bool) -> None:
+    """Take back the log of a flight that could not be begun, so that --out can be used again."""
+    with contextlib.suppress(OSError):
+        for name in (TLOG_NAME, MCAP_NAME):
+            (folder / name).unlink(missing_ok=True)
+        if folder_too:
+            folder.rmdir()
 
 
 def _new_folder(mission: MissionConfig) -> Path:
@@ -186,21 +229,13 @@ def _new_folder(mission: MissionConfig) -> Path:
     return folder
 
 
-def _score_and_draw(
-    mission: MissionConfig, outcome: Outcome, folder: Path
-) -> TrackingFigures | None:
-    if outcome.scored_s is None:
-        return None
+def _draw(mission: MissionConfig, data: FlightData, scored_s: float, folder: Path) -> None:
     from companion.report.figure import draw_flight
-    from companion.report.flight_data import read_flight
 
-    data = read_flight(folder)
-    figures = tracking_figures(data, outcome.scored_s)
     title = f"Trajectory {mission.trajectory}, {mission.controller}, {mission.vehicle}"
     if mission.connect is None:
         title += f", wind {mission.wind}, seed {mission.seed}"
-    draw_flight(data, outcome.scored_s, title, folder / "track.png")
-    return figures
+    draw_flight(data, scored_s, title, folder / "track.png")
 
 
 def _refuse(

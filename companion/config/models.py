@@ -1,25 +1,28 @@
 """What a mission, a vehicle and a controller file may say."""
 
-import math
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-Vector = tuple[float, float, float]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-PerAxis = tuple[Positive, Positive, Positive]
+Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+"""Three numbers; the sequence may be a list, which is what YAML has, the numbers are strict."""
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+PerAxis = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
 
 
 class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+    """Closed, frozen, finite and strict: a quoted number or a `true` for one is a mistake."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class VehicleConfig(_Model):
     """What a user (or an identification) knows about a vehicle; never the simulator's truth."""
 
-    name: str
+    name: str = Field(
+        description="The vehicle that it is: its controller and the shim's plant have that name."
+    )
     source: str = Field(description="Where the numbers came from.")
     hover_thrust: Annotated[float, Field(gt=0.05, lt=0.95)] = Field(
         description="First guess of the thrust field at hover."
@@ -103,10 +106,7 @@ class GeofenceConfig(_Model):
 
     @model_validator(mode="after")
     def _in_order(self) -> "GeofenceConfig":
-        if not all(
-            math.isfinite(low) and math.isfinite(high) and low < high
-            for low, high in zip(self.low_m, self.high_m, strict=True)
-        ):
+        if not all(low < high for low, high in zip(self.low_m, self.high_m, strict=True)):
             raise ValueError("low_m must be below high_m on each axis")
         return self
 
@@ -144,10 +144,11 @@ class SupervisorConfig(_Model):
 class MissionConfig(_Model):
     """A flight."""
 
-    @field_validator("trajectory")
+    @field_validator("trajectory", mode="before")
     @classmethod
-    def _known_trajectory(cls, value: int | str) -> int | str:
-        if isinstance(value, int) and not 1 <= value <= 5:
+    def _known_trajectory(cls, value: object) -> object:
+        number = isinstance(value, int) and not isinstance(value, bool)
+        if not (number and value in range(1, 6)) and not (isinstance(value, str) and value):
             raise ValueError("test trajectories are numbered 1 to 5; else give a CSV or YAML file")
         return value
 
@@ -158,7 +159,7 @@ class MissionConfig(_Model):
     wind: str = Field(default="calm", description="A scenario of the embedded shim.")
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
     connect: str | None = Field(default=None, description="Link to a real autopilot.")
-    origin_enu_m: tuple[Finite, Finite, Finite] = Field(
+    origin_enu_m: Vector = Field(
         default=(0.0, 0.0, 0.0),
         description="Where the trajectory's origin lies in the autopilot's local frame.",
     )

@@ -1,19 +1,23 @@
 """Finding configuration files by name, and joining a mission with its vehicle and controller."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import companion
 from companion.config.models import ControllerConfig, MissionConfig, VehicleConfig
+from companion.config.validation import validate
 from companion.config.yaml_source import (
     ConfigError,
     Source,
     parse_yaml,
     read_yaml,
-    validate,
+    with_options,
     with_settings,
 )
+
+_SUFFIXES = (".yaml", ".yml")
+_OPTIONS = {"trajectory": "--traj"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +36,11 @@ def configs_folder() -> Path:
     return installed if installed.is_dir() else package.parent / "configs"
 
 
+def shipped_names(kind: str) -> list[str]:
+    """Names of the shipped configurations of a kind (a folder below `configs`), sorted."""
+    return sorted(path.stem for path in (configs_folder() / kind).glob("*.yaml"))
+
+
 def find_config(kind: str, name: str) -> Path:
     """Path of a shipped configuration by name, or of a file given by its path.
 
@@ -42,43 +51,63 @@ def find_config(kind: str, name: str) -> Path:
     Raises:
         ConfigError: there is none; the text lists the names that exist.
     """
-    if name.endswith((".yaml", ".yml")):
-        path = Path(name)
-        if not path.is_file():
-            raise ConfigError(f"{name}: no such file.")
-        return path
-    folder = configs_folder() / kind
-    path = folder / f"{name}.yaml"
-    if not path.is_file():
-        known = ", ".join(sorted(p.stem for p in folder.glob("*.yaml"))) or "none"
-        raise ConfigError(f"unknown {kind} '{name}'. Give a YAML file or one of: {known}.")
-    return path
+    if name.endswith(_SUFFIXES):
+        return _existing_file(name)
+    known = shipped_names(kind)
+    if name not in known:
+        raise _unknown(kind.removesuffix("s"), name, known)
+    return configs_folder() / kind / f"{name}.yaml"
 
 
 def controller_path(controller: str, vehicle: str) -> Path:
-    """The controller's file for a vehicle: ``controllers/NAME/VEHICLE.yaml``, or a path."""
-    if controller.endswith((".yaml", ".yml")):
-        return find_config("controllers", controller)
-    folder = configs_folder() / "controllers"
-    known = sorted(p.name for p in folder.iterdir() if p.is_dir())
-    if controller not in known:
+    """The controller's file for a vehicle: ``controllers/NAME/VEHICLE.yaml``, or a path.
+
+    Args:
+        controller: its name, or a path.
+        vehicle: name of the vehicle that it must suit.
+
+    Raises:
+        ConfigError: there is none; the text lists the names that exist.
+    """
+    if controller.endswith(_SUFFIXES):
+        return _existing_file(controller)
+    shipped = {p.name: p for p in (configs_folder() / "controllers").iterdir() if p.is_dir()}
+    if controller not in shipped:
+        raise _unknown("controller", controller, shipped)
+    suited = {path.stem: path for path in shipped[controller].glob("*.yaml")}
+    if vehicle not in suited:
         raise ConfigError(
-            f"unknown controller '{controller}'. Give a YAML file or one of: {', '.join(known)}."
+            f"there is no '{controller}' for the vehicle '{vehicle}', only for "
+            f"{', '.join(sorted(suited))}. Give a controller's YAML file made for it: gains of "
+            "one vehicle do not suit another."
         )
-    vehicle_name = Path(vehicle).stem
-    path = folder / controller / f"{vehicle_name}.yaml"
-    if not path.is_file():
-        raise ConfigError(
-            f"there is no '{controller}' for the vehicle '{vehicle_name}'. Give a controller's "
-            "YAML file made for it: gains of one vehicle do not suit another."
-        )
+    return suited[vehicle]
+
+
+def _existing_file(name: str) -> Path:
+    path = Path(name)
+    try:
+        found = path.is_file()
+    except OSError:
+        found = False
+    if not found:
+        raise ConfigError(f"{name}: no such file. Check the path.")
     return path
+
+
+def _unknown(kind: str, name: str, known: Iterable[str]) -> ConfigError:
+    return ConfigError(
+        f"unknown {kind} '{name}'. Give a YAML file or one of: {', '.join(sorted(known))}."
+    )
 
 
 def load_flight(
     mission_file: Path | None, overrides: Mapping[str, object], settings: Mapping[str, str]
 ) -> FlightConfig:
     """Join a mission file (or the defaults), options of the command line, and ``--set`` values.
+
+    Paths that stand in the mission file are relative to its folder; those of the command line are
+    relative to where one is.
 
     Args:
         mission_file: YAML of a mission; None for the defaults.
@@ -89,8 +118,8 @@ def load_flight(
     Raises:
         ConfigError: whatever is wrong, with file, line, key and remedy.
     """
-    source = read_yaml(mission_file) if mission_file else parse_yaml("", "mission")
-    source = Source(source.name, {**source.data, **overrides}, source.lines)
+    source = _read_mission(mission_file) if mission_file else parse_yaml("", "mission")
+    source = with_options(source, overrides, _OPTIONS)
     groups: dict[str, dict[str, str]] = {"mission": {}, "vehicle": {}, "controller": {}}
     for key, value in settings.items():
         head, _, rest = key.partition(".")
@@ -99,8 +128,29 @@ def load_flight(
         else:
             groups["mission"][key] = value
     mission = validate(MissionConfig, with_settings(source, groups["mission"]))
-    vehicle_source = read_yaml(find_config("vehicles", mission.vehicle))
-    vehicle = validate(VehicleConfig, with_settings(vehicle_source, groups["vehicle"]))
-    controller_source = read_yaml(controller_path(mission.controller, mission.vehicle))
-    controller = validate(ControllerConfig, with_settings(controller_source, groups["controller"]))
+    vehicle = validate(
+        VehicleConfig,
+        with_settings(
+            read_yaml(find_config("vehicles", mission.vehicle)), groups["vehicle"], "vehicle."
+        ),
+    )
+    controller = validate(
+        ControllerConfig,
+        with_settings(
+            read_yaml(controller_path(mission.controller, vehicle.name)),
+            groups["controller"],
+            "controller.",
+        ),
+    )
     return FlightConfig(mission, vehicle, controller)
+
+
+def _read_mission(path: Path) -> Source:
+    """The mission with its paths made relative to where one is."""
+    source = read_yaml(path)
+    data = dict(source.data)
+    for key in ("trajectory", "vehicle", "controller", "wind"):
+        value = data.get(key)
+        if isinstance(value, str) and value and (key == "trajectory" or value.endswith(_SUFFIXES)):
+            data[key] = str(path.parent / value)
+    return Source(source.name, data, source.lines)

@@ -1,21 +1,41 @@
-"""Reading a YAML file into a validated model, with errors that a person can act on."""
+"""Parsing YAML into a mapping that knows where each of its keys stands."""
 
-import difflib
+import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import yaml
-from pydantic import BaseModel, ValidationError
-
-Model = TypeVar("Model", bound=BaseModel)
 
 _LARGEST_FILE_BYTES = 1_000_000
+
+# What PyYAML raises for text that it can't turn into values: apart from its own errors, tags such
+# as `!!int ""`, `!!bool x` and `!!timestamp x` fail deep inside its constructors.
+_PARSE_ERRORS = (
+    yaml.YAMLError,
+    ValueError,
+    LookupError,
+    AttributeError,
+    TypeError,
+    ArithmeticError,
+    RecursionError,
+)
 
 
 class ConfigError(ValueError):
     """A configuration can't be used; the text names file, line, key and remedy."""
+
+
+class _Loader(yaml.SafeLoader):
+    """PyYAML's, and numbers such as ``1e3``, which YAML 1.2 takes and PyYAML reads as text."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"^[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$"),
+    list("-+.0123456789"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,43 +47,54 @@ class Source:
     data: dict[str, Any]
     lines: Mapping[tuple[str, ...], int]
     """Line (from 1) of each key, by its path."""
+    options: Mapping[tuple[str, ...], str] = field(default_factory=dict)
+    """The option of the command line that set a key, by the key's path, for messages."""
 
 
 def read_yaml(path: Path) -> Source:
     """Parse a YAML file that holds one mapping.
 
     Raises:
-        ConfigError: unreadable, too large, not YAML, not a mapping, or with a key twice.
+        ConfigError: unreadable, too large, not YAML, not a mapping, with aliases, or with a key
+            twice.
     """
     try:
         if path.stat().st_size > _LARGEST_FILE_BYTES:
             raise ConfigError(f"{path}: larger than 1 MB, which no configuration is.")
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: can't be read: {error}.") from error
+    except OSError as error:
+        raise ConfigError(f"{path}: can't be read: {error.strerror or error}.") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: can't be read: not UTF-8. Save it as UTF-8.") from error
     return parse_yaml(text, str(path))
 
 
 def parse_yaml(text: str, name: str) -> Source:
     """Parse YAML text that holds one mapping; errors as `read_yaml`."""
-    try:
-        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
-            raise ConfigError(f"{name}: YAML aliases (*name) are not taken; write the value out.")
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
-        lines = dict(_lines_of(node, (), name)) if node is not None else {}
-        data = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        if isinstance(error, ConfigError):
-            raise
-        mark = getattr(error, "problem_mark", None)
-        where = f", line {mark.line + 1}" if mark is not None else ""
-        problem = getattr(error, "problem", None) or str(error) or type(error).__name__
-        raise ConfigError(f"{name}{where}: not YAML: {problem}.") from error
+    data, lines = _parsed(text, name)
     if data is None:
         data = {}
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
         raise ConfigError(f"{name}: a mapping of keys to values is expected, as in `key: value`.")
     return Source(name, data, lines)
+
+
+def _parsed(text: str, name: str) -> tuple[Any, dict[tuple[str, ...], int]]:
+    try:
+        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
+            raise ConfigError(f"{name}: YAML aliases (*name) are not taken; write the value out.")
+        node = yaml.compose(text, Loader=_Loader)
+        lines = dict(_lines_of(node, (), name)) if node is not None else {}
+        # A SafeLoader with one more resolver is as safe.
+        data = yaml.load(text, Loader=_Loader)
+    except ConfigError:
+        raise
+    except _PARSE_ERRORS as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f", line {mark.line + 1}" if mark is not None else ""
+        problem = getattr(error, "problem", None) or str(error) or type(error).__name__
+        raise ConfigError(f"{name}{where}: not YAML: {problem}.") from error
+    return data, lines
 
 
 def _lines_of(
@@ -75,7 +106,9 @@ def _lines_of(
             text = str(key.value)
             line = key.start_mark.line + 1
             if text in seen:
-                raise ConfigError(f"{name}, line {line}: key '{text}' stands there twice.")
+                raise ConfigError(
+                    f"{name}, line {line}: key '{text}' stands there twice. Leave one of them out."
+                )
             seen.add(text)
             yield (*path, text), line
             yield from _lines_of(value, (*path, text), name)
@@ -85,71 +118,46 @@ def _lines_of(
             yield from _lines_of(value, (*path, str(index)), name)
 
 
-def with_settings(source: Source, settings: Mapping[str, str]) -> Source:
+def with_options(
+    source: Source, values: Mapping[str, object], options: Mapping[str, str]
+) -> Source:
+    """Overlay keys that options of the command line gave.
+
+    Args:
+        source: stays as it is.
+        values: by key.
+        options: how the option of a key is written, where that is not ``--key``.
+    """
+    named: dict[tuple[str, ...], str] = {(key,): options.get(key, f"--{key}") for key in values}
+    return Source(source.name, {**source.data, **values}, source.lines, {**source.options, **named})
+
+
+def with_settings(source: Source, settings: Mapping[str, str], prefix: str = "") -> Source:
     """Overlay dotted settings (``l1.gamma`` → YAML text of the value) from the command line.
+
+    Args:
+        source: stays as it is.
+        settings: by dotted key within the source.
+        prefix: what stood before the key on the command line (``controller.``), for messages.
 
     Raises:
         ConfigError: a value is not YAML, or a path goes through something that has no keys.
     """
     data = _copied(source.data)
+    options = dict(source.options)
     for dotted, text in settings.items():
+        option = f"--set {prefix}{dotted}"
         target = data
         *parents, last = dotted.split(".")
         for parent in parents:
             inner = target.setdefault(parent, {})
             if not isinstance(inner, dict):
-                raise ConfigError(f"--set {dotted}: '{parent}' has no keys below it.")
+                raise ConfigError(f"{option}: '{parent}' has no keys below it.")
             target = inner
-        try:
-            target[last] = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            raise ConfigError(f"--set {dotted}={text}: the value is not YAML.") from error
-    return Source(source.name, data, source.lines)
+        target[last] = _parsed(text, f"{option}={text}")[0]
+        options[(*parents, last)] = option
+    return Source(source.name, data, source.lines, options)
 
 
 def _copied(value: Any) -> Any:  # noqa: ANN401 - any YAML value
     return {k: _copied(v) for k, v in value.items()} if isinstance(value, dict) else value
-
-
-def validate(model: type[Model], source: Source) -> Model:
-    """Build a model from a source.
-
-    Raises:
-        ConfigError: one sentence per fault, each with file, line, key and remedy.
-    """
-    try:
-        return model.model_validate(source.data)
-    except ValidationError as error:
-        faults = [_sentence(model, source, dict(fault)) for fault in error.errors()]
-        raise ConfigError("\n".join(faults)) from error
-
-
-def _sentence(model: type[BaseModel], source: Source, fault: dict[str, Any]) -> str:
-    path = tuple(str(part) for part in fault["loc"])
-    line = next(
-        (source.lines[path[:k]] for k in range(len(path), 0, -1) if path[:k] in source.lines), None
-    )
-    where = source.name + (f", line {line}" if line is not None else "")
-    key = ".".join(path)
-    if fault["type"] == "extra_forbidden":
-        known = _known_keys(model, path[:-1])
-        close = difflib.get_close_matches(path[-1], known, n=1)
-        remedy = f"Did you mean '{close[0]}'?" if close else f"Known keys: {', '.join(known)}."
-        return f"{where}: unknown key '{key}'. {remedy}"
-    if fault["type"] == "missing":
-        return f"{where}: key '{key}' is missing. Add it."
-    text = str(fault["msg"]).removeprefix("Value error, ")
-    text = text[0].lower() + text[1:]
-    given = "" if path == () else f" (given: {fault.get('input')!r})"
-    return f"{where}: '{key or 'the file'}': {text}{given}."
-
-
-def _known_keys(model: type[BaseModel], path: tuple[str, ...]) -> list[str]:
-    current: Any = model
-    for part in path:
-        field = current.model_fields.get(part) if hasattr(current, "model_fields") else None
-        current = field.annotation if field is not None else None
-        for candidate in getattr(current, "__args__", ()):
-            if hasattr(candidate, "model_fields"):
-                current = candidate
-    return sorted(current.model_fields) if hasattr(current, "model_fields") else []

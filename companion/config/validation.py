@@ -1,0 +1,87 @@
+"""From a parsed mapping to a validated model, with errors that a person can act on."""
+
+import difflib
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from companion.config.yaml_source import ConfigError, Source
+
+Model = TypeVar("Model", bound=BaseModel)
+
+_LONGEST_SHOWN = 80
+
+
+def validate(model: type[Model], source: Source) -> Model:
+    """Build a model from a source.
+
+    Raises:
+        ConfigError: one sentence per fault, each with file and line (or the option of the command
+            line that gave the value), key and remedy.
+    """
+    try:
+        return model.model_validate(source.data)
+    except ValidationError as error:
+        faults = [_sentence(model, source, dict(fault)) for fault in error.errors()]
+        raise ConfigError("\n".join(faults)) from error
+
+
+def _sentence(model: type[BaseModel], source: Source, fault: dict[str, Any]) -> str:
+    path = tuple(str(part) for part in fault["loc"])
+    where = _where(source, path)
+    key = ".".join(path)
+    if fault["type"] == "extra_forbidden":
+        known = _known_keys(model, path[:-1])
+        close = difflib.get_close_matches(path[-1], known, n=1)
+        remedy = f"Did you mean '{close[0]}'?" if close else f"Known keys: {', '.join(known)}."
+        return f"{where}: unknown key '{key}'. {remedy}"
+    if fault["type"] == "missing" and path[-1].isdigit():
+        return f"{where}: '{'.'.join(path[:-1])}' has too few entries. Give one for each axis."
+    if fault["type"] == "missing":
+        return f"{where}: key '{key}' is missing. Add it."
+    text = str(fault["msg"]).removeprefix("Value error, ")
+    text = text[0].lower() + text[1:]
+    given = f" (given: {_shown(fault.get('input'))})" if path else ""
+    return f"{where}: {f'{key!r}: ' if path else ''}{text}{given}.{_remedy(fault)}"
+
+
+def _where(source: Source, path: tuple[str, ...]) -> str:
+    """The option or the line that is to blame for a fault at a path.
+
+    The closest one above the fault; and for a fault of a whole section (two keys that do not go
+    together) each option that set a key in it.
+    """
+    above = [path[:k] for k in range(len(path), 0, -1)]
+    for place in above:
+        if place in source.options:
+            return source.options[place]
+    inside = [name for place, name in source.options.items() if place[: len(path)] == path]
+    line = next((source.lines[place] for place in above if place in source.lines), None)
+    where = source.name + (f", line {line}" if line is not None else "")
+    return f"{where} with {', '.join(inside)}" if inside else where
+
+
+def _remedy(fault: dict[str, Any]) -> str:
+    given = fault.get("input")
+    if fault["type"] in ("float_type", "int_type") and isinstance(given, str):
+        try:
+            float(given)
+        except ValueError:
+            return ""
+        return " Write the number without quotes."
+    if fault["type"] == "string_type" and isinstance(given, (int, float)):
+        return " Write it in quotes."
+    return ""
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= _LONGEST_SHOWN else text[:_LONGEST_SHOWN] + "…"
+
+
+def _known_keys(model: type[BaseModel], path: tuple[str, ...]) -> list[str]:
+    current: Any = model
+    for part in path:
+        field = current.model_fields.get(part) if hasattr(current, "model_fields") else None
+        current = field.annotation if field is not None else None
+    return sorted(current.model_fields) if hasattr(current, "model_fields") else []
