@@ -8,7 +8,6 @@ import typer
 
 app = typer.Typer(
     name="companion",
-    help="Fly a drone along a trajectory with MPC and L1 adaptive control, over MAVLink.",
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
@@ -23,6 +22,26 @@ class ExitStatus(IntEnum):
     BAD_INPUT = 2
     REFUSED = 3
     ABORTED = 4
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"companion {version('companion')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Fly a drone along a trajectory with MPC and L1 adaptive control, over MAVLink."""
 
 
 @app.command()
@@ -90,7 +109,7 @@ def fly(
     from companion.fly_command import BadInputError, FlyRequest, run_fly
 
     options = {
-        "trajectory": int(traj) if traj is not None and traj.isdecimal() else traj,
+        "trajectory": _number_or_text(traj),
         "controller": controller,
         "vehicle": vehicle,
         "wind": wind,
@@ -119,6 +138,13 @@ def fly(
             "aborted": ExitStatus.ABORTED,
         }[outcome]
     )
+
+
+def _number_or_text(text: str | None) -> int | str | None:
+    try:
+        return None if text is None else int(text)
+    except ValueError:
+        return text
 
 
 _Pid = Annotated[int | None, typer.Option(help="Process id of the flight, if several are running.")]

@@ -88,15 +88,16 @@ def run_fly(request: FlyRequest) -> OutcomeName:
         log.close()
     wall_s = time.perf_counter() - started
 
-    data = read_flight(folder) if outcome.scored_s is not None else None
-    figures = tracking_figures(data, outcome.scored_s) if data else None
+    scored = outcome.scored_s
+    data = read_flight(folder) if scored is not None else None
+    figures = tracking_figures(data, scored) if data and scored else None
     result = result_object(
         config.mission, outcome, figures, wall_s=wall_s, log_dir=folder.resolve()
     )
     try:
         write_result(folder, result)
-        if data is not None and outcome.scored_s is not None:
-            _draw(config.mission, data, outcome.scored_s, folder)
+        if data and scored:
+            _draw(config.mission, data, scored, folder)
     except OSError as error:
         console.print(f"warning: {folder} is not complete: {error}", style="yellow")
     if log.trouble is not None:
@@ -176,7 +177,7 @@ def _shim_options(config: FlightConfig, *, lockstep: bool) -> ShimOptions | None
 def _plant(config: FlightConfig) -> str:
     """The shim's vehicle: it has one for each vehicle that is shipped, of the same name."""
     name = config.vehicle.name
-    known = shipped_names("vehicles")
+    known = shipped_names("vehicle")
     if name not in known:
         raise ConfigError(
             f"{config.mission.vehicle}: the embedded shim can't fly the vehicle '{name}'. Set "
@@ -196,7 +197,9 @@ def _scenario(mission: MissionConfig) -> Path:
                 "a file give a scenario's YAML file (see configs/scenarios/fan-4.yaml)."
             )
         name = f"fan-{mission.trajectory}"
-    return find_config("scenario", name).resolve()
+    path = find_config("scenario", name).resolve()
+    read_yaml(path)  # what it says is the shim's; that it is YAML is known before anything starts
+    return path
 
 
 def _base_us(lockstep: bool) -> int:
@@ -229,7 +232,9 @@ def _new_folder(mission: MissionConfig) -> Path:
     return folder
 
 
-def _draw(mission: MissionConfig, data: FlightData, scored_s: float, folder: Path) -> None:
+def _draw(
+    mission: MissionConfig, data: FlightData, scored_s: tuple[float, float], folder: Path
+) -> None:
     from companion.report.figure import draw_flight
 
     title = f"Trajectory {mission.trajectory}, {mission.controller}, {mission.vehicle}"

@@ -37,15 +37,15 @@ def configs_folder() -> Path:
 
 
 def shipped_names(kind: str) -> list[str]:
-    """Names of the shipped configurations of a kind (a folder below `configs`), sorted."""
-    return sorted(path.stem for path in (configs_folder() / kind).glob("*.yaml"))
+    """Names of the shipped configurations of a kind ("vehicle", "scenario", …), sorted."""
+    return sorted(path.stem for path in (configs_folder() / f"{kind}s").glob("*.yaml"))
 
 
 def find_config(kind: str, name: str) -> Path:
     """Path of a shipped configuration by name, or of a file given by its path.
 
     Args:
-        kind: folder below `configs`, for instance "vehicles".
+        kind: what it is: "vehicle" for the folder `configs/vehicles`, and so on.
         name: a name without suffix, or a path.
 
     Raises:
@@ -55,8 +55,8 @@ def find_config(kind: str, name: str) -> Path:
         return _existing_file(name)
     known = shipped_names(kind)
     if name not in known:
-        raise _unknown(kind.removesuffix("s"), name, known)
-    return configs_folder() / kind / f"{name}.yaml"
+        raise _unknown(kind, name, known)
+    return configs_folder() / f"{kind}s" / f"{name}.yaml"
 
 
 def controller_path(controller: str, vehicle: str) -> Path:
@@ -131,7 +131,7 @@ def load_flight(
     vehicle = validate(
         VehicleConfig,
         with_settings(
-            read_yaml(find_config("vehicles", mission.vehicle)), groups["vehicle"], "vehicle."
+            read_yaml(find_config("vehicle", mission.vehicle)), groups["vehicle"], "vehicle."
         ),
     )
     controller = validate(

@@ -28,7 +28,7 @@ def problems_of(trajectory: Trajectory, limits: MotionLimits) -> list[str]:
     ):
         size = np.linalg.norm(values, axis=1)
         worst = int(np.argmax(size))
-        if size[worst] > limit:
+        if not size[worst] <= limit:  # NaN does not fit either
             found.append(
                 f"trajectory '{trajectory.name}' needs a {what} of {size[worst]:.2f} {unit} at "
                 f"t = {times[worst]:.2f} s, the vehicle's limit is {limit:g} {unit}. Fly it "

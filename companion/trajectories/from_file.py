@@ -20,6 +20,25 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
 _COLUMNS = ("t", "x", "y", "z")
+_LARGEST_FILE_BYTES = 10_000_000
+_SHORTEST_STEP_S = 0.0099
+"""Feasibility is checked every 10 ms: points closer than that would escape it."""
+_LONGEST_S = 3600.0
+_FARTHEST_M = 10_000.0
+
+_Row = tuple[str, list[Any]]
+"""Where a point stands, for messages, and what stands there."""
+
+# Apart from its own errors, PyYAML fails inside its constructors for tags such as `!!int ""`.
+_PARSE_ERRORS = (
+    yaml.YAMLError,
+    ValueError,
+    LookupError,
+    AttributeError,
+    TypeError,
+    ArithmeticError,
+    RecursionError,
+)
 
 
 class TrajectoryFileError(ValueError):
@@ -77,74 +96,123 @@ def load_trajectory(path: Path) -> SplineTrajectory:
     from 0 and rise; positions are metres, ENU.
 
     Raises:
-        TrajectoryFileError: unreadable, malformed, not finite, or times that do not rise.
+        TrajectoryFileError: unreadable, malformed, not finite, out of all proportion, or times
+            that do not rise.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    suffix = path.suffix.lower()
+    if suffix not in (".csv", ".yaml", ".yml"):
         raise TrajectoryFileError(
-            f"{path}: the trajectory file can't be read ({error}). Give a CSV with the header "
-            "t,x,y,z or a YAML file with `points`."
-        ) from error
-    if path.suffix.lower() == ".csv":
-        name, rows = path.stem, _rows_from_csv(path, text)
-    elif path.suffix.lower() in (".yaml", ".yml"):
-        name, rows = _rows_from_yaml(path, text)
-    else:
-        raise TrajectoryFileError(
-            f"{path}: unknown kind of trajectory file '{path.suffix}'. Use .csv, .yaml or .yml."
+            f"{path}: unknown kind of trajectory file '{path.suffix}'. Use .csv, .yaml or .yml, or "
+            "give the number of a test trajectory, 1 to 5."
         )
-    return _checked(path, name, rows)
+    text = _text(path)
+    if suffix == ".csv":
+        return _checked(path.stem, _rows_from_csv(path, text), path)
+    name, rows = _rows_from_yaml(path, text)
+    return _checked(name, rows, path)
 
 
-def _rows_from_csv(path: Path, text: str) -> list[tuple[int, list[Any]]]:
-    lines = [
-        (number, row) for number, row in enumerate(csv.reader(text.splitlines()), 1) if any(row)
-    ]
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > _LARGEST_FILE_BYTES:
+            raise TrajectoryFileError(f"{path}: larger than 10 MB. Give fewer points.")
+        # A byte order mark, as spreadsheets write it, is skipped.
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise TrajectoryFileError(
+            f"{path}: the trajectory file can't be read: {error.strerror or error}. Give a CSV "
+            "with the header t,x,y,z or a YAML file with `points`."
+        ) from error
+    except UnicodeDecodeError as error:
+        raise TrajectoryFileError(
+            f"{path}: the trajectory file can't be read: not UTF-8. Save it as UTF-8."
+        ) from error
+    except ValueError as error:  # a path with a NUL in it
+        raise TrajectoryFileError(f"{str(path)!r}: {error}. Check the path.") from error
+
+
+def _rows_from_csv(path: Path, text: str) -> list[_Row]:
+    try:
+        lines = [
+            (f"{path}, line {number}", row)
+            for number, row in enumerate(csv.reader(text.splitlines()), 1)
+            if any(row)
+        ]
+    except csv.Error as error:
+        raise TrajectoryFileError(f"{path}: not CSV: {error}.") from error
     if not lines or tuple(c.strip() for c in lines[0][1]) != _COLUMNS:
         raise TrajectoryFileError(f"{path}, line 1: the header must be t,x,y,z (s, m, m, m; ENU).")
-    return [(number, list(row)) for number, row in lines[1:]]
+    return [(where, list(row)) for where, row in lines[1:]]
 
 
-def _rows_from_yaml(path: Path, text: str) -> tuple[str, list[tuple[int, list[Any]]]]:
+def _rows_from_yaml(path: Path, text: str) -> tuple[str, list[_Row]]:
     try:
+        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
+            raise TrajectoryFileError(f"{path}: YAML aliases (*name) are not taken; write it out.")
         content = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError) as error:
+    except TrajectoryFileError:
+        raise
+    except _PARSE_ERRORS as error:
         raise TrajectoryFileError(f"{path}: not YAML: {error}") from error
     if not isinstance(content, dict) or not isinstance(content.get("points"), list):
         raise TrajectoryFileError(
             f"{path}: give `points`, a list of [t, x, y, z] (s, m, m, m; ENU)."
         )
-    unknown = sorted(str(key) for key in set(content) - {"name", "points"})
+    unknown = sorted(str(key) for key in content if key not in ("name", "points"))
     if unknown:
         raise TrajectoryFileError(
             f"{path}: unknown key '{unknown[0]}'. A trajectory has `name` and `points`."
         )
+    name = content.get("name", path.stem)
+    if not isinstance(name, str):
+        raise TrajectoryFileError(f"{path}: `name` is not text: {name!r}. Write it in quotes.")
     rows = [
-        (number, point if isinstance(point, list) else [point])
+        (f"{path}, point {number}", point if isinstance(point, list) else [point])
         for number, point in enumerate(content["points"], 1)
     ]
-    return str(content.get("name", path.stem)), rows
+    return name, rows
 
 
-def _checked(path: Path, name: str, rows: list[tuple[int, list[Any]]]) -> SplineTrajectory:
+def _checked(name: str, rows: list[_Row], path: Path) -> SplineTrajectory:
     times: list[float] = []
     points: list[tuple[float, float, float]] = []
-    for number, row in rows:
-        where = f"{path}, point in line {number}" if path.suffix == ".csv" else f"{path}, {number}."
-        try:
-            t, x, y, z = (float(value) for value in row)
-        except (TypeError, ValueError) as error:
-            raise TrajectoryFileError(f"{where}: {row} is not four numbers t, x, y, z.") from error
-        if not all(math.isfinite(value) for value in (t, x, y, z)):
-            raise TrajectoryFileError(f"{where}: {row} is not finite.")
+    for where, row in rows:
+        t, x, y, z = _numbers(where, row)
         if times and t <= times[-1]:
             raise TrajectoryFileError(
                 f"{where}: time {t:g} s does not come after {times[-1]:g} s. Sort the points by t."
             )
+        if times and t - times[-1] < _SHORTEST_STEP_S:
+            raise TrajectoryFileError(
+                f"{where}: less than 10 ms after the point before it. Give fewer points; they are "
+                "joined smoothly."
+            )
         times.append(t)
         points.append((x, y, z))
     if len(times) < 2:
-        raise TrajectoryFileError(f"{path}: at least two points are needed, {len(times)} found.")
+        raise TrajectoryFileError(
+            f"{path}: at least two points are needed, {len(times)} found. Add some."
+        )
     first = times[0]
+    if times[-1] - first > _LONGEST_S:
+        raise TrajectoryFileError(
+            f"{path}: takes {times[-1] - first:g} s; at most {_LONGEST_S:g} s are flown. Times are "
+            "seconds."
+        )
     return SplineTrajectory(name, tuple(t - first for t in times), tuple(points))
+
+
+def _numbers(where: str, row: list[Any]) -> tuple[float, float, float, float]:
+    try:
+        if any(isinstance(value, bool) for value in row):
+            raise ValueError
+        t, x, y, z = (float(value) for value in row)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TrajectoryFileError(f"{where}: {row} is not four numbers t, x, y, z.") from error
+    if not all(math.isfinite(value) for value in (t, x, y, z)):
+        raise TrajectoryFileError(f"{where}: {row} is not finite. Leave that point out.")
+    if max(abs(x), abs(y), abs(z)) > _FARTHEST_M:
+        raise TrajectoryFileError(
+            f"{where}: {row} is farther away than {_FARTHEST_M:g} m. Positions are metres."
+        )
+    return t, x, y, z
