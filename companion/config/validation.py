@@ -32,7 +32,8 @@ def _sentence(model: type[BaseModel], source: Source, fault: dict[str, Any]) -> 
     key = ".".join(path)
     if fault["type"] == "extra_forbidden":
         known = _known_keys(model, path[:-1])
-        close = difflib.get_close_matches(path[-1], known, n=1)
+        longer = [name for name in known if path[-1] and name.startswith(path[-1])]
+        close = difflib.get_close_matches(path[-1], known, n=1) or longer
         remedy = f"Did you mean '{close[0]}'?" if close else f"Known keys: {', '.join(known)}."
         return f"{where}: unknown key '{key}'. {remedy}"
     if fault["type"] == "missing" and path[-1].isdigit():

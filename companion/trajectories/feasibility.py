@@ -23,14 +23,14 @@ def problems_of(trajectory: Trajectory, limits: MotionLimits) -> list[str]:
     motion = trajectory.motion(times)
     found: list[str] = []
     for what, values, limit, unit in (
-        ("speed", motion.velocity_m_s, limits.speed_m_s, "m/s"),
-        ("acceleration", motion.acceleration_m_s2, limits.acceleration_m_s2, "m/s²"),
+        ("a speed", motion.velocity_m_s, limits.speed_m_s, "m/s"),
+        ("an acceleration", motion.acceleration_m_s2, limits.acceleration_m_s2, "m/s²"),
     ):
         size = np.linalg.norm(values, axis=1)
         worst = int(np.argmax(size))
         if not size[worst] <= limit:  # NaN does not fit either
             found.append(
-                f"trajectory '{trajectory.name}' needs a {what} of {size[worst]:.2f} {unit} at "
+                f"trajectory '{trajectory.name}' needs {what} of {size[worst]:.2f} {unit} at "
                 f"t = {times[worst]:.2f} s, the vehicle's limit is {limit:g} {unit}. Fly it "
                 "slower, or raise the limit in the vehicle's file if the vehicle can do it."
             )
