@@ -97,7 +97,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     try:
         write_result(folder, result)
         if data and scored:
-            _draw(config.mission, data, scored, folder)
+            _draw(config, data, scored, folder)
     except OSError as error:
         console.print(f"warning: {folder} is not complete: {error}", style="yellow")
     if log.trouble is not None:
@@ -233,14 +233,15 @@ def _new_folder(mission: MissionConfig) -> Path:
 
 
 def _draw(
-    mission: MissionConfig, data: FlightData, scored_s: tuple[float, float], folder: Path
+    config: FlightConfig, data: FlightData, scored_s: tuple[float, float], folder: Path
 ) -> None:
     from companion.report.figure import draw_flight
 
+    mission = config.mission
     title = f"Trajectory {mission.trajectory}, {mission.controller}, {mission.vehicle}"
     if mission.connect is None:
         title += f", wind {mission.wind}, seed {mission.seed}"
-    draw_flight(data, scored_s, title, folder / "track.png")
+    draw_flight(data, scored_s, title, folder / "track.png", config.vehicle.tilt_limit_deg)
 
 
 def _refuse(

@@ -1,116 +1,229 @@
 """The picture of a flight: `track.png`."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from companion.report.flight_data import FlightData
+from companion.report.figure_path import draw_path
+from companion.report.flight_data import Array, FlightData
 from companion.report.metrics import reported_error, true_error
 
 _AXIS_COLOURS = ("#c0392b", "#27ae60", "#2471a3")
-_DESIRED, _FLOWN = "#999999", "#1f4e79"
+_FLOWN, _WIND, _TROUBLE = "#1f4e79", "#e59866", "#c0392b"
+_PLAN_LOOKS = {
+    "closed_form": (_FLOWN, "MPC, closed form"),
+    "solved": ("#8e44ad", "MPC, constraint active (QP)"),
+    "fallback": (_TROUBLE, "MPC, fallback plan"),
+}
+_SMOOTH_TICKS = 25
+"""Samples of the moving average that is drawn over the noise of ỹ."""
+
+Axes = Any
+"""matplotlib's; it is imported only when something is drawn."""
 
 
-def draw_flight(data: FlightData, scored_s: tuple[float, float], title: str, path: Path) -> None:
-    """Draw path, error, tilt and thrust, ỹ and σ̂, and computing time.
+@dataclass(frozen=True, slots=True)
+class _Span:
+    """The scored part of a flight; plots count time from its start."""
+
+    begin_s: float
+    end_s: float
+
+    @property
+    def length_s(self) -> float:
+        return self.end_s - self.begin_s
+
+    def contains(self, times_s: Array) -> np.ndarray:
+        inside: np.ndarray = (times_s >= self.begin_s) & (times_s <= self.end_s)
+        return inside
+
+
+def draw_flight(
+    data: FlightData,
+    scored_s: tuple[float, float],
+    title: str,
+    path: Path,
+    tilt_limit_deg: float | None = None,
+) -> None:
+    """Draw path, error, tilt, thrust, ỹ and σ̂, and computing time.
 
     Args:
         data: of the flight.
         scored_s: autopilot's times between which tracking is scored; t = 0 is the first.
         title: of the picture.
         path: of the PNG.
+        tilt_limit_deg: of the vehicle, drawn if it is known.
+
+    Raises:
+        OSError: the file can't be written.
     """
     import matplotlib as mpl
 
     mpl.use("Agg")
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(13, 8.5), layout="constrained")
-    figure.suptitle(title, fontsize=13)
-    grid = figure.add_gridspec(3, 4)
-    start = scored_s[0]
-    ticks = data.ticks
-    time = ticks.time_s - start
-    scored = (ticks.time_s >= scored_s[0]) & (ticks.time_s <= scored_s[1])
-
-    _draw_path(figure.add_subplot(grid[0:2, 0:2], projection="3d"), data, scored_s)
-
-    error_axes = figure.add_subplot(grid[0, 2:4])
-    whole = (ticks.time_s[0], ticks.time_s[-1])
-    true_times, true = true_error(data, whole)
-    reported_times, reported = reported_error(data, whole)
-    if len(true):
-        error_axes.plot(true_times - start, true * 1e3, color=_FLOWN, label="against truth")
-    error_axes.plot(
-        reported_times - start, reported * 1e3, color="#e67e22", lw=0.7, label="as reported"
+    span = _Span(*scored_s)
+    figure = Figure(figsize=(13.5, 9.5))
+    figure.suptitle(title, fontsize=13, x=0.05, y=0.985, ha="left")
+    grid = figure.add_gridspec(
+        4, 2, left=0.05, right=0.945, bottom=0.055, top=0.925, hspace=0.42, wspace=0.14
     )
-    error_axes.set_ylabel("tracking error, mm")
-    error_axes.legend(loc="upper right", fontsize=8)
-
-    tilt_axes = figure.add_subplot(grid[1, 2:4])
-    tilt_axes.plot(time, np.degrees(ticks.roll_rad), color=_AXIS_COLOURS[1], lw=0.8, label="roll")
-    tilt_axes.plot(time, np.degrees(ticks.pitch_rad), color=_AXIS_COLOURS[0], lw=0.8, label="pitch")
-    tilt_axes.set_ylabel("commanded tilt, °")
-    thrust_axes = tilt_axes.twinx()
-    thrust_axes.plot(time, ticks.thrust, color="#7f8c8d", lw=0.7)
-    thrust_axes.plot(time, ticks.hover_thrust, color="k", lw=0.8, ls="--")
-    thrust_axes.set_ylabel("thrust, hover estimate (dashed)")
-    tilt_axes.legend(loc="upper right", fontsize=8)
-
-    y_axes = figure.add_subplot(grid[2, 0])
-    sigma_axes = figure.add_subplot(grid[2, 1])
-    for k, name in enumerate("xyz"):
-        style: dict[str, Any] = {"color": _AXIS_COLOURS[k], "lw": 0.8, "label": name}
-        y_axes.plot(time, ticks.y_tilde_m_s[:, k] * 1e3, **style)
-        sigma_axes.plot(time, ticks.sigma_hat[:, k], **style)
-    y_axes.set_ylabel("ỹ (velocity prediction error), mm/s")
-    sigma_axes.set_ylabel("σ̂ (adaptive estimate)")
-    y_axes.legend(loc="upper right", fontsize=8)
-
-    solve_axes = figure.add_subplot(grid[2, 2:4])
-    planned = ticks.planned
-    solve_axes.semilogy(
-        time[~planned], ticks.computed_us[~planned], ".", ms=1.5, color="#95a5a6", label="inner"
-    )
-    solve_axes.semilogy(
-        time[planned], ticks.computed_us[planned], ".", ms=2, color=_FLOWN, label="inner and MPC"
-    )
-    solve_axes.set_ylabel("computing time of a tick, µs")
-    solve_axes.legend(loc="upper right", fontsize=8)
-
-    for axes in (error_axes, tilt_axes, y_axes, sigma_axes, solve_axes):
-        axes.set_xlabel("time since the trajectory's start, s")
-        axes.axvspan(0.0, scored_s[1] - start, color="#f4f6f7", zorder=-5)
-        axes.grid(alpha=0.3)
-    if scored.any() and len(true):
-        inside = (true_times >= scored_s[0]) & (true_times <= scored_s[1])
-        mean = float(true[inside].mean()) * 1e3
-        error_axes.axhline(mean, color="k", lw=0.8, ls=":")
-        error_axes.set_title(f"mean while scored: {mean:.1f} mm", fontsize=9)
+    draw_path(figure.add_subplot(grid[0:2, 0], projection="3d"), data, scored_s)
+    rows: list[Axes] = [figure.add_subplot(grid[2, 0])]
+    rows += [figure.add_subplot(place, sharex=rows[0]) for place in (grid[3, 0], *_right(grid))]
+    y_tilde, sigma, error, tilt, thrust, computing = rows
+    for axes in rows:
+        _prepare(axes, data, span)
+    _draw_adaptation(y_tilde, sigma, data, span)
+    _draw_error(error, data, span)
+    _draw_tilt(tilt, data, span, tilt_limit_deg)
+    _draw_thrust(thrust, data, span)
+    _draw_computing(computing, data, span)
+    for axes in (sigma, computing):
+        axes.set_xlabel("time since the trajectory's start, s", fontsize=9)
     figure.savefig(path, dpi=110)
 
 
-def _draw_path(axes: Any, data: FlightData, scored_s: tuple[float, float]) -> None:  # noqa: ANN401
-    """Desired and flown path while scored, drawn to one scale."""
-    ticks, truth = data.ticks, data.truth
-    scored = (ticks.time_s >= scored_s[0]) & (ticks.time_s <= scored_s[1])
-    desired = ticks.desired_enu_m[scored]
-    flown = ticks.position_enu_m[scored]
-    label = "flown (as reported)"
-    true = (truth.time_s >= scored_s[0]) & (truth.time_s <= scored_s[1])
-    if true.any():
-        flown, label = truth.position_enu_m[true], "flown (true)"
-    if len(desired):
-        axes.plot(*desired.T, color=_DESIRED, lw=3.0, label="desired")
-        axes.plot(*flown.T, color=_FLOWN, lw=1.2, label=label)
-        both = np.vstack([desired, flown])
-        centre = (both.max(axis=0) + both.min(axis=0)) / 2
-        reach = float((both.max(axis=0) - both.min(axis=0)).max()) / 2 * 1.05
-        axes.set(
-            xlim=(centre[0] - reach, centre[0] + reach),
-            ylim=(centre[1] - reach, centre[1] + reach),
-            zlim=(centre[2] - reach, centre[2] + reach),
+def _right(grid: Any) -> list[Any]:  # noqa: ANN401 - matplotlib's
+    return [grid[row, 1] for row in range(4)]
+
+
+def _prepare(axes: Axes, data: FlightData, span: _Span) -> None:
+    """Grid, scored part shaded, and what was flown on a fallback in red."""
+    axes.grid(alpha=0.3)
+    axes.tick_params(labelsize=8)
+    axes.axvspan(0.0, span.length_s, color="#f1f4f6", zorder=-5)
+    times = data.ticks.time_s
+    if len(times) > 1:
+        axes.set_xlim(times[0] - span.begin_s, times[-1] - span.begin_s)
+    for begin, end in _stretches(times, data.ticks.on_fallback):
+        axes.axvspan(begin - span.begin_s, end - span.begin_s, color="#f5b7b1", zorder=-4)
+
+
+def _stretches(times_s: Array, marked: np.ndarray) -> list[tuple[float, float]]:
+    """First and last time of each run of marked samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], marked.astype(int), [0]))))
+    return [
+        (float(times_s[a]), float(times_s[min(b, len(times_s) - 1)]))
+        for a, b in zip(edges[::2], edges[1::2], strict=True)
+    ]
+
+
+def _caption(axes: Axes, text: str, columns: int = 4) -> None:
+    """Say what and in which unit, and put the legend beside it, where no data are."""
+    axes.set_title(text, fontsize=9, loc="left")
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        legend = axes.legend(
+            handles,
+            labels,
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=columns,
+            fontsize=8,
+            frameon=False,
+            borderaxespad=0.1,
+            handlelength=1.4,
+            columnspacing=1.0,
         )
-        axes.legend(loc="upper left", fontsize=8)
-    axes.set(xlabel="x east, m", ylabel="y north, m", zlabel="z up, m")
+        for handle in legend.legend_handles:
+            if hasattr(handle, "set_markersize"):
+                handle.set_markersize(6)
+
+
+def _draw_error(axes: Axes, data: FlightData, span: _Span) -> None:
+    """The approach may go off the scale: it is that of the scored part."""
+    whole = (data.ticks.time_s[0], data.ticks.time_s[-1]) if len(data.ticks.time_s) else (0.0, 0.0)
+    times, reported = reported_error(data, whole)
+    axes.plot(times - span.begin_s, reported * 1e3, color="#e67e22", lw=0.7, label="as reported")
+    best_times, best = true_error(data, whole)
+    if len(best):
+        axes.plot(best_times - span.begin_s, best * 1e3, color=_FLOWN, label="true")
+    else:
+        best_times, best = times, reported
+    inside = best[span.contains(best_times)] * 1e3
+    text = "tracking error, mm"
+    if len(inside):
+        axes.axhline(inside.mean(), color="k", lw=0.9, ls=":", label="mean while scored")
+        axes.set_ylim(0.0, 1.15 * inside.max())
+        text += f" (mean {inside.mean():.1f}, max {inside.max():.1f})"
+    wind = data.truth.wind_acceleration_m_s2
+    if len(wind) and wind.max() > 0.0:
+        side = axes.twinx()
+        side.fill_between(
+            data.truth.wind_time_s - span.begin_s, wind, color=_WIND, alpha=0.35, lw=0
+        )
+        side.set_ylim(0.0, 3.0 * float(wind.max()))
+        side.set_ylabel("wind push, m/s²", fontsize=8, color=_WIND, loc="bottom")
+        side.tick_params(labelsize=7, labelcolor=_WIND)
+    _caption(axes, text)
+
+
+def _draw_tilt(axes: Axes, data: FlightData, span: _Span, limit_deg: float | None) -> None:
+    ticks = data.ticks
+    time = ticks.time_s - span.begin_s
+    axes.plot(time, np.degrees(ticks.roll_rad), color=_AXIS_COLOURS[1], lw=0.9, label="roll")
+    axes.plot(time, np.degrees(ticks.pitch_rad), color=_AXIS_COLOURS[0], lw=0.9, label="pitch")
+    if limit_deg is not None:
+        for sign, label in ((1.0, "vehicle's limit"), (-1.0, None)):
+            axes.axhline(sign * limit_deg, color="k", lw=0.9, ls="--", label=label)
+    _caption(axes, "commanded tilt, °")
+
+
+def _draw_thrust(axes: Axes, data: FlightData, span: _Span) -> None:
+    ticks = data.ticks
+    time = ticks.time_s - span.begin_s
+    axes.plot(time, ticks.thrust, color="#7f8c8d", lw=0.6, label="setpoint")
+    axes.plot(time, ticks.hover_thrust, color="k", lw=1.1, label="estimated for hover")
+    _caption(axes, "thrust field, 0 … 1")
+
+
+def _draw_adaptation(y_tilde: Axes, sigma: Axes, data: FlightData, span: _Span) -> None:
+    ticks = data.ticks
+    time = ticks.time_s - span.begin_s
+    for k, name in enumerate("xyz"):
+        colour = _AXIS_COLOURS[k]
+        noisy = ticks.y_tilde_m_s[:, k] * 1e3
+        y_tilde.plot(time, noisy, color=colour, lw=0.4, alpha=0.25)
+        y_tilde.plot(time, _smooth(noisy), color=colour, lw=1.1, label=name)
+        sigma.plot(time, ticks.sigma_hat[:, k], color=colour, lw=0.9, label=name)
+    known = np.abs(ticks.y_tilde_m_s[span.contains(ticks.time_s)] * 1e3)
+    known = known[np.isfinite(known)]
+    if len(known):
+        reach = 1.1 * max(1.0, float(np.percentile(known, 99.5)))
+        y_tilde.set_ylim(-reach, reach)
+    _caption(y_tilde, "ỹ: error of the predicted velocity, mm/s (bold: mean over 0.25 s)")
+    _caption(sigma, "σ̂: adaptive estimate, in the units of u (x, y: –, z: m/s)")
+
+
+def _smooth(values: Array) -> Array:
+    """Moving average that leaves missing values out."""
+    known = np.isfinite(values)
+    window = np.ones(min(_SMOOTH_TICKS, max(1, len(values))))
+    total = np.convolve(np.where(known, values, 0.0), window, mode="same")
+    count = np.convolve(known.astype(float), window, mode="same")
+    missing = np.full(len(values), np.nan)
+    mean: Array = np.divide(total, count, out=missing, where=known & (count > 0))
+    return mean
+
+
+def _draw_computing(axes: Axes, data: FlightData, span: _Span) -> None:
+    ticks = data.ticks
+    time = ticks.time_s - span.begin_s
+    inner = ticks.plan == ""
+    axes.semilogy(
+        time[inner], ticks.computed_us[inner], ".", ms=1.5, color="#95a5a6", label="L1 only"
+    )
+    fallback = np.isin(ticks.plan, ("shifted_plan", "clipped_closed_form"))
+    kinds = {
+        "closed_form": ticks.plan == "closed_form",
+        "solved": ticks.plan == "solved",
+        "fallback": fallback,
+    }
+    for kind, use in kinds.items():
+        colour, label = _PLAN_LOOKS[kind]
+        if use.any():
+            axes.semilogy(time[use], ticks.computed_us[use], ".", ms=2, color=colour, label=label)
+    _caption(axes, "computing time of a tick, µs")

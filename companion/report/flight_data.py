@@ -37,8 +37,10 @@ class Ticks:
     thrust: Array
     hover_thrust: Array
     computed_us: Array
-    planned: NDArray[np.bool_]
-    """The outer controller ran at this tick."""
+    plan: NDArray[np.str_]
+    """Status of the outer controller's run at this tick; empty where it did not run."""
+    on_fallback: NDArray[np.bool_]
+    """What was sent at this tick was a fallback's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,12 +69,12 @@ def read_flight(folder: Path) -> FlightData:
 
 def _read_ticks(path: Path) -> Ticks:
     records: list[dict[str, Any]] = []
-    plan_times: set[float] = set()
+    plans: dict[float, str] = {}
     for record in read_records(path):
         if record.topic == "control":
             records.append(record.values)
         elif record.topic == "plan":
-            plan_times.add(record.values["autopilot_time_s"])
+            plans[record.values["autopilot_time_s"]] = record.values["status"]
 
     def numbers(key: str) -> Array:
         return np.array([_number(r[key]) for r in records], dtype=float)
@@ -92,7 +94,8 @@ def _read_ticks(path: Path) -> Ticks:
         thrust=numbers("thrust"),
         hover_thrust=numbers("hover_thrust"),
         computed_us=numbers("computed_us"),
-        planned=np.array([r["autopilot_time_s"] in plan_times for r in records], dtype=bool),
+        plan=np.array([plans.get(r["autopilot_time_s"], "") for r in records], dtype=str),
+        on_fallback=np.array([bool(r["fallback"]) for r in records], dtype=bool),
     )
 
 
