@@ -197,7 +197,7 @@ def _scenario(mission: MissionConfig) -> Path:
                 "a file give a scenario's YAML file (see configs/scenarios/fan-4.yaml)."
             )
         name = f"fan-{mission.trajectory}"
-    path = find_config("scenario", name).resolve()
+    path = find_config("scenario", name, also=["fan"]).resolve()
     read_yaml(path)  # what it says is the shim's; that it is YAML is known before anything starts
     return path
 

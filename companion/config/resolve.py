@@ -41,12 +41,13 @@ def shipped_names(kind: str) -> list[str]:
     return sorted(path.stem for path in (configs_folder() / f"{kind}s").glob("*.yaml"))
 
 
-def find_config(kind: str, name: str) -> Path:
+def find_config(kind: str, name: str, also: Iterable[str] = ()) -> Path:
     """Path of a shipped configuration by name, or of a file given by its path.
 
     Args:
         kind: what it is: "vehicle" for the folder `configs/vehicles`, and so on.
         name: a name without suffix, or a path.
+        also: names without a file of their own that a user may give, for the message.
 
     Raises:
         ConfigError: there is none; the text lists the names that exist.
@@ -55,7 +56,7 @@ def find_config(kind: str, name: str) -> Path:
         return _existing_file(name)
     known = shipped_names(kind)
     if name not in known:
-        raise _unknown(kind, name, known)
+        raise _unknown(kind, name, [*known, *also])
     return configs_folder() / f"{kind}s" / f"{name}.yaml"
 
 

@@ -158,10 +158,11 @@ def test_files_that_can_not_be_read(tmp_path):
         read_yaml(tmp_path)
 
 
-_PIECES = st.sampled_from(
-    "seed|hover_s|geofence|low_m|: |:\n  |\n|- |[|]|{|}|, |1|-2.5|.nan|true|~|\"|'|*a|&a |!!int |"
-    "!!bool |!!timestamp |!!float |!!binary |!!set |!!omap |<<|? |>|%|---\n".split("|")
-)
+_KEYS = ("seed", "hover_s", "geofence", "low_m", "<<", "*a", "&a ")
+_MARKS = (": ", ":\n  ", "\n", "- ", "[", "]", "{", "}", ", ", "? ", ">", "%", "---\n", '"', "'")
+_VALUES = ("1", "-2.5", ".nan", "true", "~", "!!int ", "!!bool ", "!!float ", "!!timestamp ")
+_TAGS = ("!!binary ", "!!set ", "!!omap ", "!!null ", "!own ")
+_PIECES = st.sampled_from((*_KEYS, *_MARKS, *_VALUES, *_TAGS))
 
 
 @settings(deadline=None, derandomize=True, max_examples=300)
