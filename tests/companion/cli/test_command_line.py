@@ -34,7 +34,7 @@ def test_help_loads_nothing_that_flies(tmp_path):
     script = (
         "import sys\nfrom companion.cli import app\n"
         "try:\n    app(['--help'], prog_name='companion')\nexcept SystemExit:\n    pass\n"
-        "heavy = {'numpy', 'pydantic', 'yaml', 'osqp', 'scipy', 'matplotlib', 'pymavlink'}\n"
+        "heavy = {'numpy', 'yaml', 'osqp', 'scipy', 'matplotlib', 'pymavlink'}\n"
         "sys.stderr.write(' '.join(sorted(heavy & set(sys.modules))))\n"
     )
     done = subprocess.run(
