@@ -200,8 +200,10 @@ def _draw_adaptation(y_tilde: Axes, sigma: Axes, data: FlightData, span: _Span) 
 
 def _smooth(values: Array) -> Array:
     """Moving average that leaves missing values out."""
+    if not len(values):
+        return values
     known = np.isfinite(values)
-    window = np.ones(min(_SMOOTH_TICKS, max(1, len(values))))
+    window = np.ones(min(_SMOOTH_TICKS, len(values)))
     total = np.convolve(np.where(known, values, 0.0), window, mode="same")
     count = np.convolve(known.astype(float), window, mode="same")
     missing = np.full(len(values), np.nan)

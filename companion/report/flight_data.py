@@ -18,6 +18,7 @@ from companion.recording.tlog import read_tlog
 
 Array = NDArray[np.float64]
 
+_MAVLINK_2 = 0xFD
 _COMPONENT_OFFSET = 6
 """Place of the component id in a MAVLink 2 packet."""
 
@@ -114,8 +115,8 @@ def _read_truth(path: Path) -> Truth:
     wind_times: list[float] = []
     winds: list[float] = []
     for record in read_tlog(path):
-        if record.raw[_COMPONENT_OFFSET] != COMPONENT_TRUTH:
-            continue
+        if record.raw[0] != _MAVLINK_2 or record.raw[_COMPONENT_OFFSET] != COMPONENT_TRUTH:
+            continue  # most packets: looked at before they are framed, which costs more
         for frame in framer.feed(record.raw):
             if frame.message_id == MessageId.ODOMETRY:
                 state = state_from_odometry(frame)

@@ -23,12 +23,12 @@ def result_object(
     reported = figures.as_reported if figures else None
     best = (figures.against_truth if figures else None) or reported
     wind_peak = figures.wind_peak_m_s2 if figures else None
-    return {
+    result = {
         "trajectory": mission.trajectory,
         "controller": mission.controller,
         "wind": mission.wind if mission.connect is None else None,
         "vehicle": mission.vehicle,
-        "seed": mission.seed,
+        "seed": mission.seed if mission.connect is None else None,
         "outcome": outcome.outcome,
         "completed": outcome.completed,
         "note": outcome.note,
@@ -36,7 +36,7 @@ def result_object(
         "rms_tracking_error_m": _length(best, "rms_m"),
         "max_tracking_error_m": _length(best, "max_m"),
         "reported_mean_tracking_error_m": _length(reported, "mean_m"),
-        "error_against": "truth" if figures and figures.against_truth else "reported position",
+        "error_against": _error_against(figures),
         "fan_or_wind_peak_accel_m_s2": None if wind_peak is None else round(wind_peak, 3),
         "ticks": outcome.ticks,
         "missed_deadlines": outcome.missed_deadlines,
@@ -48,16 +48,27 @@ def result_object(
         "wall_s": round(wall_s, 3),
         "log_dir": None if log_dir is None else str(log_dir),
     }
+    return {key: _without_nan(value) for key, value in result.items()}
+
+
+def _error_against(figures: TrackingFigures | None) -> str | None:
+    if figures is None or (figures.against_truth is None and figures.as_reported is None):
+        return None
+    return "reported position" if figures.against_truth is None else "truth"
+
+
+def _without_nan(value: Any) -> Any:  # noqa: ANN401 - any JSON value
+    """JSON has no NaN and no infinity: null says that there is no figure."""
+    if isinstance(value, dict):
+        return {key: _without_nan(inner) for key, inner in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _length(figures: ErrorFigures | None, key: str) -> float | None:
-    if figures is None:
-        return None
-    value = float(getattr(figures, key))
-    return round(value, 5) if math.isfinite(value) else None
+    return None if figures is None else round(float(getattr(figures, key)), 5)
 
 
 def write_result(folder: Path, result: dict[str, Any]) -> None:
     """Write `result.json` beside the logs."""
-    text = json.dumps(result, indent=2, ensure_ascii=False)
+    text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "result.json").write_text(text + "\n", encoding="utf-8")
