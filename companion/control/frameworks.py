@@ -119,7 +119,8 @@ class MpcL1:
         """Advance by one sample; `tick.state.time_s` must be later than the one before.
 
         Raises:
-            ValueError: time does not advance.
+            ValueError: time does not advance, or what comes in or out of the laws is not finite:
+                limits would turn a NaN into their own value, full thrust for instance.
         """
         state = tick.state
         dt = state.time_s - memory.sample_s
@@ -135,13 +136,16 @@ class MpcL1:
 
         inner, inner_record = l1_adaptive.step(self.inner, memory.inner, r2, position, velocity, dt)
         u_x, u_y, u_z = (float(value) for value in inner_record.u)
+        if not math.isfinite(u_x + u_y + u_z + float(r2.sum()) + tick.desired_yaw_rad):
+            raise ValueError(f"not finite: u {inner_record.u}, r2 {r2}, yaw {tick.desired_yaw_rad}")
         u_x, u_y = tilt.limit_tilt(u_x, u_y, self.limits.tilt_rad)
         u_z = max(-self.limits.descent_m_s, min(self.limits.climb_m_s, u_z))
         applied_u = np.array([u_x, u_y, u_z])
 
         _, _, yaw_rad = euler_from_quaternion(state.attitude_flu_to_enu)
-        roll, pitch = tilt.roll_pitch_from_u(u_x, u_y, yaw_rad)
         yaw_command = yaw.step(self.yaw, memory.yaw_rad, tick.desired_yaw_rad, yaw_rad, dt)
+        # The attitude setpoint carries the commanded yaw, so its tilt is one at that yaw.
+        roll, pitch = tilt.roll_pitch_from_u(u_x, u_y, yaw_command)
         thrust_memory, thrust_field = thrust.step(
             self.thrust,
             memory.thrust,

@@ -27,6 +27,7 @@ MpcStatus = Literal["closed_form", "solved", "shifted_plan", "clipped_closed_for
 """How the reference came about; the last two are the fallbacks when a solve failed."""
 
 _TOLERANCE = 1e-6
+_AXES = "xyz"
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,6 +178,10 @@ class Mpc:
         n = self.settings.horizon + 1
         centre = preview_m[0]
         data = self._data(memory, position_m, velocity_m_s, preview_m)
+        if not np.isfinite(data).all():
+            nothing = np.empty((0, len(centre)))
+            free = (False,) * len(centre)
+            return None, MpcRecord("shifted_plan", free, False, "input not finite", 0, nothing)
         previous = data[:, 2]
         before = memory.applied_r_before_m - centre
         low, high = self._low - centre, self._high - centre
@@ -194,18 +199,20 @@ class Mpc:
         )
         constrained = tuple(violated.tolist())
         status: MpcStatus = "closed_form"
-        solver_status, iterations = "", 0
+        said: list[str] = []
+        iterations = 0
         for i in np.flatnonzero(violated):
             bounds = SoftBounds(float(self._speed[i]), float(low[i]), float(high[i]))
             solution = self._axes[i].solve(data[i], float(previous[i]), float(before[i]), bounds)
             iterations += solution.iterations
-            solver_status = solution.status
+            said.append(f"{_AXES[i]}: {solution.status}" if len(centre) == 3 else solution.status)
             if solution.plan is None:
                 status = "shifted_plan"
                 break
             plan[i] = solution.plan
             status = "solved"
         r_max_active = bool(over_second.any())
+        solver_status = ", ".join(said)
         if status == "shifted_plan":
             empty = np.empty((0, len(centre)))
             record = MpcRecord(status, constrained, r_max_active, solver_status, iterations, empty)

@@ -97,6 +97,7 @@ def step(
     acceleration = gains.proportional * error + integral
     if not memory.saturated and abs(acceleration) < limit:
         integral += gains.integral * error * dt_s
+        integral = max(-limit, min(limit, integral))
     acceleration = max(-limit, min(limit, acceleration))
     cosine = max(0.5, tilt_cosine)
     wanted = estimated.hover_force * (1.0 + acceleration / GRAVITY_M_S2) / cosine

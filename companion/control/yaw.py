@@ -1,7 +1,8 @@
 """The paper's separate proportional yaw law, as a slewed yaw setpoint.
 
 ``ψ̇ = k wrap(ψ_des - ψ)``.  An attitude setpoint carries a yaw angle, and PX4 takes a yaw rate
-beside it only as feed-forward, so the law's rate (limited) moves the yaw that is commanded.
+beside it only as feed-forward, so the law's rate (limited) moves the yaw that is commanded; ψ in
+the law is that commanded yaw, which is held within reach of the measured one.
 """
 
 from dataclasses import dataclass

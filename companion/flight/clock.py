@@ -41,6 +41,10 @@ class VirtualClockLoop(asyncio.SelectorEventLoop):
         """Simulated seconds since the loop was made."""
         return self._jumping.jump_s
 
+    def stall(self, duration_s: float) -> None:
+        """Let time pass while nothing runs, as when the whole process stands still."""
+        self._jumping.jump_s += duration_s
+
 
 def run_in_virtual_time(main: Coroutine[Any, Any, Result]) -> Result:
     """Run a coroutine to its end on a virtual clock."""

@@ -160,6 +160,8 @@ class ControlLoop:
         Whatever goes wrong in there must end on the ladder, not in a dead stream.
         """
         memory, self._memory = self._memory, None
+        if memory is not None and state.time_s - memory.sample_s > self._limits.state_age_limit_s:
+            memory = None  # what the laws remember is of another time
         try:
             if memory is None:
                 self._memory = self._stack.start(state, self._hover_force)

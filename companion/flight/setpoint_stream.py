@@ -26,6 +26,8 @@ from companion.vehicle_state import VehicleState
 _WATCH_S = 0.02
 _LATE_S = 0.02
 _LONGEST_DELAY_S = 0.2
+_LONGEST_PAUSE_S = 0.5
+"""By the autopilot's clock; half of the second after which PX4's failsafe acts by default."""
 
 
 class SetpointStream:
@@ -58,6 +60,8 @@ class SetpointStream:
         self._unusable = ""
         """What was wrong with the samples since."""
         self._record_trouble_told = False
+        self._sent_s: float | None = None
+        """When the last setpoint went out; None if none has since the start."""
         connection.on_state = self._on_state
 
     def start(self) -> None:
@@ -66,6 +70,7 @@ class SetpointStream:
         self._announcer.clear()
         self._fresh_s = asyncio.get_running_loop().time()
         self._unusable = ""
+        self._sent_s = None
         self.stopped_because = ""
         self.running = True
 
@@ -156,6 +161,8 @@ class SetpointStream:
         """Send an output and tell of a change on the ladder; True if a setpoint went out."""
         sent = False
         if output.attitude_flu_to_enu is not None:
+            if self._stood_still():
+                return False
             try:
                 setpoint = AttitudeSetpoint(output.attitude_flu_to_enu, output.thrust)
                 message = setpoint_message(setpoint, autopilot_s, self._connection.target)
@@ -164,6 +171,7 @@ class SetpointStream:
                 self._give_up(f"a setpoint was withheld: {error}")
                 return False
             self._connection.send(message)
+            self._sent_s = asyncio.get_running_loop().time()
             sent = True
         if output.fallback:
             self.fallbacks += 1
@@ -174,6 +182,21 @@ class SetpointStream:
         if output.rung is Rung.HAND_OVER:
             self.stop(output.reason or "the ladder's end")
         return sent
+
+    def _stood_still(self) -> bool:
+        """Give up if the stream has paused for so long that a failsafe may have acted unseen.
+
+        Its report may be lost in a full receive buffer, and to stream on would be consent.
+        """
+        if self._sent_s is None:
+            return False
+        clock = self._connection.clock
+        pause_s = asyncio.get_running_loop().time() - self._sent_s
+        pause_s *= clock.rate if clock.valid else 1.0
+        if pause_s <= _LONGEST_PAUSE_S:
+            return False
+        self._give_up(f"the companion itself stood still for {pause_s:.1f} s")
+        return True
 
     def _fail(self, error: Exception) -> None:
         self._give_up(f"the companion failed ({type(error).__name__}: {error})")

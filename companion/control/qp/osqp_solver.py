@@ -12,14 +12,14 @@ from companion.control.qp.port import QpSolution
 from companion.control.reference_model import Array
 
 _INITIAL_RHO = 0.1
-_ACCEPTED = ("solved", "solved inaccurate")
+_ACCEPTED = "solved"
 
 
 class OsqpSolver:
     """One problem with fixed P and A."""
 
     def __init__(
-        self, p: Array, a: Array, *, tolerance: float = 1e-5, iterations: int = 4000
+        self, p: Array, a: Array, *, tolerance: float = 1e-5, iterations: int = 1000
     ) -> None:
         """Set up.
 
@@ -27,7 +27,8 @@ class OsqpSolver:
             p: (n, n) positive definite.
             a: (rows, n).
             tolerance: absolute and relative tolerance.
-            iterations: limit of iterations.
+            iterations: limit of iterations; it bounds the time of a tick, by a count and not by
+                the clock, so that a flight can be repeated.
         """
         import osqp
         from scipy import sparse
@@ -56,11 +57,14 @@ class OsqpSolver:
         """Solve; status "solved" or the reason why x is None."""
         if not np.isfinite(q).all() or np.isnan(lower).any() or np.isnan(upper).any():
             return QpSolution(None, "input not finite", 0)
+        if (lower > upper).any() or (lower == np.inf).any() or (upper == -np.inf).any():
+            # OSQP would refuse these, keep the bounds of the solve before, and call that solved.
+            return QpSolution(None, "bounds cross", 0)
         self._osqp.update(q=q, l=lower, u=upper)
         result = self._osqp.solve(raise_error=False)
         status = str(result.info.status)
         iterations = int(result.info.iter)
-        if status not in _ACCEPTED or not np.isfinite(result.x).all():
+        if status != _ACCEPTED or not np.isfinite(result.x).all():
             self._reset()
             return QpSolution(None, status, iterations)
         return QpSolution(np.array(result.x), status, iterations)

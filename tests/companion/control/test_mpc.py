@@ -211,3 +211,26 @@ def test_osqp_gives_no_x_for_an_infeasible_problem_and_recovers():
     assert "infeasible" in solution.status
     wide = np.full(4, 0.5)
     np.testing.assert_allclose(solver.solve(q, -wide, wide).x, [0.5, -0.5], atol=1e-4)
+
+
+@pytest.mark.parametrize("crossed", [(3.0, 2.0), (np.inf, np.inf), (-np.inf, -np.inf)])
+def test_osqp_never_answers_for_bounds_that_it_did_not_take(crossed):
+    solver = OsqpSolver(np.eye(2), np.eye(2))
+    q, low, high = np.array([-1.0, 2.0]), np.full(2, -0.5), np.full(2, 0.5)
+    assert solver.solve(q, low, high).x is not None
+    low[0], high[0] = crossed
+    assert solver.solve(q, low, high).x is None
+
+
+def test_a_tick_far_outside_all_bounds_has_a_bounded_number_of_iterations():
+    mpc = make(
+        r_max_m_s2=20.0, velocity_limit_m_s=(0.5,) * 3, box_low_m=(-1.0,) * 3, box_high_m=(1.0,) * 3
+    )
+    rng = np.random.default_rng(7)
+    worst = 0
+    for _ in range(30):
+        position, velocity = 4.0 * rng.standard_normal(3), 2.0 * rng.standard_normal(3)
+        _, r, record = mpc.step(mpc.start(position), position, velocity, preview_of(mpc))
+        assert np.isfinite(r).all()
+        worst = max(worst, record.iterations)
+    assert worst <= 3 * 2 * 1000

@@ -9,7 +9,7 @@ from companion.config.models import MissionConfig
 from companion.config.resolve import load_flight
 from companion.control.frameworks import Tick
 from companion.flight.assemble import make_stack
-from companion.frames import quaternion_from_euler
+from companion.frames import quaternion_from_euler, rotate, yaw_of
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 from companion.vehicle_state import VehicleState
 from tests.companion.control.nominal_plant import fly
@@ -163,3 +163,47 @@ def test_limits_hold_whatever_the_reference_asks():
         assert -stack.limits.descent_m_s <= record.applied_u[2] <= stack.limits.climb_m_s
         assert stack.thrust.minimum_thrust - 1e-9 <= command.thrust
         assert command.thrust <= stack.thrust.maximum_thrust + 1e-9
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_reference_that_is_not_finite_never_becomes_a_command(axis):
+    """Limits turn a NaN into their own value; it must be stopped before them, and not linger."""
+    stack = stack_for()
+    memory = stack.start(state_at(5.0))
+
+    def spoilt(times):
+        positions = hold_reference(times)
+        positions[:, axis] = math.nan
+        return positions
+
+    for k in range(1, 30):
+        tick = Tick(state_at(5.0 + 0.01 * k), 0.03, 0.0)
+        reference = spoilt if 10 <= k < 14 else hold_reference
+        memory, command, record = stack.step(memory, tick, reference)
+        assert np.isfinite(record.r2_m).all()
+        assert command.thrust == pytest.approx(0.5, abs=0.05)
+        if reference is spoilt and record.outer is not None:
+            assert record.outer.status == "shifted_plan"
+
+
+def test_a_desired_yaw_that_is_not_finite_is_refused():
+    stack = stack_for()
+    memory = stack.start(state_at(5.0))
+    with pytest.raises(ValueError, match="not finite"):
+        stack.step(memory, Tick(state_at(5.01), 0.03, math.nan), hold_reference)
+
+
+def test_while_the_vehicle_turns_the_thrust_points_where_u_does():
+    """The quaternion's own yaw counts: the autopilot follows the quaternion."""
+    stack = stack_for()
+    memory = stack.start(state_at(5.0))
+    for k in range(1, 120):
+        tick = Tick(state_at(5.0 + 0.01 * k), 0.03, math.pi / 2)
+        memory, command, record = stack.step(
+            memory, tick, lambda t: np.tile([1.0, 0.0, 1.2], (len(t), 1))
+        )
+    x, y, _ = rotate(command.attitude_flu_to_enu, (0.0, 0.0, 1.0))
+    assert yaw_of(command.attitude_flu_to_enu) > 0.3
+    assert math.atan2(y, x) == pytest.approx(
+        math.atan2(record.applied_u[1], record.applied_u[0]), abs=0.05
+    )
