@@ -26,6 +26,8 @@ from companion.vehicle_state import VehicleState
 _WATCH_S = 0.02
 _LATE_S = 0.02
 _LONGEST_DELAY_S = 0.2
+_CLOCK_ERROR_S = 0.5
+"""A sample from further ahead than this is no error of our estimate: its clock has jumped."""
 _LONGEST_PAUSE_S = 0.5
 """By the autopilot's clock; half of the second after which PX4's failsafe acts by default."""
 
@@ -139,7 +141,7 @@ class SetpointStream:
 
     def _fly_on(self, state: VehicleState, received_s: float) -> None:
         age = self._age_s(state, received_s)
-        if abs(age) > self.control.state_age_limit_s:
+        if age > self.control.state_age_limit_s or age < -_CLOCK_ERROR_S:
             self._unusable = f"the newest sample is {age * 1e3:.0f} ms old by the common clock"
             return
         delay = self.loop_delay_s(state, received_s)
