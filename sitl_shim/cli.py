@@ -2,7 +2,9 @@
 
 import asyncio
 import contextlib
+import os
 import signal
+import stat
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -85,6 +87,8 @@ def run(
 ) -> None:
     """Boot a vehicle and answer over UDP until interrupted."""
     try:
+        if exit_with_parent:
+            _require_stdin_that_closes()
         options = ShimOptions(
             autopilot=autopilot,
             vehicle=vehicle,
@@ -128,15 +132,30 @@ async def _serve_until_told(
             await watch
 
 
+def _require_stdin_that_closes() -> None:
+    """Refuse a standard input that is absent, or whose end says nothing of the parent's."""
+    try:
+        # None if the process was started with a closed one.
+        fits = sys.stdin is not None and _closes_with_its_writer(sys.stdin.fileno())
+    except (OSError, ValueError):
+        fits = False
+    if not fits:
+        raise ValueError(
+            "--exit-with-parent needs a pipe, a socket or a terminal as standard input, which"
+            " the parent keeps open; /dev/null, a file or none at all will not do"
+        )
+
+
+def _closes_with_its_writer(descriptor: int) -> bool:
+    mode = os.fstat(descriptor).st_mode
+    return stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode) or os.isatty(descriptor)
+
+
 async def _stdin_closed() -> None:
+    """Wait for the end of standard input."""
     loop = asyncio.get_running_loop()
     reader = asyncio.StreamReader()
-    try:
-        await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
-    except (OSError, ValueError) as error:
-        raise ValueError(
-            "--exit-with-parent needs a pipe, a socket or a terminal as standard input"
-        ) from error
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     while await reader.read(4096):
         pass
 

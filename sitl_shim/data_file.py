@@ -44,9 +44,13 @@ def load_data_file(path: Path, model: type[_Model], what: str) -> _Model:
         ) from error
     try:
         root = yaml.compose(text, Loader=yaml.SafeLoader)
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
+        data = _with_tuples(yaml.safe_load(text))
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: a date that there is not
         raise DataFileError(f"{what} file {path}: is not valid YAML: {error}") from error
+    except RecursionError:
+        raise DataFileError(
+            f"{what} file {path}: nests too deeply; does an anchor (&) hold its own alias (*)?"
+        ) from None
     if not isinstance(root, yaml.MappingNode):
         raise DataFileError(
             f"{what} file {path}: must be a mapping of keys to values; "
@@ -54,7 +58,7 @@ def load_data_file(path: Path, model: type[_Model], what: str) -> _Model:
         )
     _refuse_duplicates(root, path, what)
     try:
-        return model.model_validate(_with_tuples(data))
+        return model.model_validate(data)
     except ValidationError as error:
         complaints = [_complaint(detail, root, model) for detail in error.errors()]
         raise DataFileError(f"{what} file {path}: " + " ".join(complaints)) from error

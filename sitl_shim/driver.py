@@ -36,9 +36,14 @@ class LoopDriver:
         self._failed: asyncio.Future[None] | None = None
 
     def receive(self, link: int, data: bytes) -> None:
-        """Take what a client sends, now; what comes before `run` is lost."""
+        """Take what a client sends, now; what comes before `run` is lost.
+
+        While the simulation is behind the loop's clock, now is its next tick: a slow autopilot
+        answers late by its slowness, not by all that it has to catch up.
+        """
         if self._loop is not None:
-            self._shim.receive(link, data, (self._loop.time() - self._start) * self._speed)
+            time_s = (self._loop.time() - self._start) * self._speed
+            self._shim.receive(link, data, min(time_s, self._shim.time_s + TICK_S))
 
     async def run(self) -> None:
         """Fly until cancelled; the shim's boot is the moment at which this starts."""

@@ -20,6 +20,13 @@ from sitl_shim.simulation import Simulation
 ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
 _GET_INTERVAL, _SET_INTERVAL, _REQUEST_MESSAGE = 510, 511, 512
 _REQUEST_PROTOCOL, _REQUEST_CAPABILITIES = 519, 520
+_STOP, _RESTORE = -1, 0
+_LONGEST_US = 2**31 - 1
+"""What MESSAGE_INTERVAL can say."""
+_NEVER_US = 1e12
+"""PX4 turns intervals into rates, and takes a rate of 1e-6 Hz or less for none."""
+_ZERO_US = 1e-5
+"""PX4 takes what is no more than this for 0."""
 
 
 def command_of(message: Message) -> Command:
@@ -50,7 +57,7 @@ def handle_link_command(
     """
     kind, wanted = command.command, _whole(command.parameters[0])
     if kind == _SET_INTERVAL:
-        interval_us = _whole(command.parameters[1])
+        interval_us = _interval_us(command.parameters[1])
         known = streams.set_interval(wanted, interval_us, sim.time_us)
         return [], ACCEPTED if known else FAILED
     if kind == _GET_INTERVAL:
@@ -73,7 +80,8 @@ def handle_truth_command(
     """Commands to the component that sends the truth: its rates, nothing else."""
     wanted = _whole(command.parameters[0])
     if command.command == _SET_INTERVAL:
-        known = streams.set_interval(wanted, _whole(command.parameters[1]), sim.time_us)
+        interval_us = _interval_us(command.parameters[1])
+        known = streams.set_interval(wanted, interval_us, sim.time_us)
         return [], ACCEPTED if known else FAILED
     if command.command == _REQUEST_MESSAGE:
         builder = TRUTH_BUILDERS.get(wanted)
@@ -105,3 +113,12 @@ def _mode_rows(index: int, sim: Simulation) -> Iterator[Message]:
 def _whole(value: float) -> int:
     """A parameter that means a whole number; what is none counts as 0."""
     return int(value) if math.isfinite(value) else 0
+
+
+def _interval_us(value: float) -> int:
+    """An interval asked for, as PX4 understands it: what is no number restores the default."""
+    if math.isnan(value) or abs(value) <= _ZERO_US:
+        return _RESTORE
+    if value < 0.0 or value >= _NEVER_US:
+        return _STOP
+    return max(1, int(min(value, _LONGEST_US)))

@@ -107,6 +107,21 @@ def test_broken_yaml_and_unsafe_yaml_are_errors_with_the_file(tmp_path):
             load_profile(path)
 
 
+@pytest.mark.parametrize("text", ["name: &a [*a]", "&a {name: *a}", "name: " + "[" * 5000])
+def test_yaml_that_nests_without_end_is_told_with_the_file(tmp_path, text):
+    path = tmp_path / "snake.yaml"
+    path.write_text(text)
+    with pytest.raises(DataFileError, match=r"snake\.yaml: nests too deeply"):
+        load_scenario(path)
+
+
+def test_a_date_that_there_is_not_is_told_with_the_file(tmp_path):
+    path = tmp_path / "dated.yaml"
+    path.write_text("name: 2020-13-45\n")
+    with pytest.raises(DataFileError, match=r"dated\.yaml: is not valid YAML: month"):
+        load_scenario(path)
+
+
 def test_a_file_that_is_not_there_or_not_text_is_told(tmp_path):
     with pytest.raises(DataFileError, match="cannot be read"):
         load_vehicle(tmp_path / "absent.yaml")

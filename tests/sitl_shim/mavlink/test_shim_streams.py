@@ -167,6 +167,31 @@ def test_the_interval_can_be_asked_for() -> None:
     assert client.acks(510) == [0, 0, 0]
 
 
+@pytest.mark.parametrize(
+    ("asked_us", "answered_us"),
+    [
+        (3e9, 2**31 - 1),
+        (1e30, -1),
+        (math.inf, -1),
+        (-math.inf, -1),
+        (-0.5, -1),
+        (0.5, 1),
+        (math.nan, 33_333),
+        (1e-6, 33_333),
+    ],
+)
+def test_an_odd_interval_is_understood_as_px4_does_and_can_be_asked_for(
+    asked_us: float, answered_us: int
+) -> None:
+    client = ShimClient(ShimOptions())
+    client.run_until(1.0)
+    client.set_interval(331, asked_us)
+    client.command(510, 331)
+    client.run(0.1)
+    assert client.acks(511) == [0]
+    assert [m.interval_us for m in client.messages("MESSAGE_INTERVAL")] == [answered_us]
+
+
 # --- truth ---
 
 

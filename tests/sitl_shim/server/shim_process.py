@@ -14,7 +14,9 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-async def start_shim(*arguments: str) -> asyncio.subprocess.Process:
+async def start_shim(
+    *arguments: str, stdin: int = asyncio.subprocess.PIPE
+) -> asyncio.subprocess.Process:
     """The process, not yet ready."""
     return await asyncio.create_subprocess_exec(
         sys.executable,
@@ -22,7 +24,7 @@ async def start_shim(*arguments: str) -> asyncio.subprocess.Process:
         "sitl_shim",
         "run",
         *arguments,
-        stdin=asyncio.subprocess.PIPE,
+        stdin=stdin,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
     )

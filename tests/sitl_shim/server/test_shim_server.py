@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Sequence
 import pytest
 
 from sitl_shim.driver import LoopDriver
-from sitl_shim.mavlink.endpoint import Shim
+from sitl_shim.mavlink.endpoint import Datagram, Shim
 from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.mavlink.wire import Packer, Parser, dialect
 from sitl_shim.server import BoundLink, PortError, UdpLink, default_links, serve
@@ -147,6 +147,69 @@ def test_a_short_stall_is_caught_up_and_a_long_one_stops_the_boot_clock(
 ) -> None:
     with asyncio.Runner(loop_factory=lambda: _StallingLoop(0.0)) as runner:
         assert runner.run(_boot_time_after_stall(stall_s)) == pytest.approx(boot_s, abs=0.15)
+
+
+class _SlowShim(Shim):
+    """Each of its ticks costs time of the loop's clock."""
+
+    cost_s = 0.0
+
+    def step(self) -> list[Datagram]:
+        loop = asyncio.get_running_loop()
+        assert isinstance(loop, _StallingLoop)
+        loop.stall(self.cost_s)
+        return super().step()
+
+
+async def _ping_latencies(*, stall_s: float, cost_s: float, speed: float) -> list[float]:
+    """Loop seconds from each PING, sent every 50 ms after a stall, to its answer."""
+    loop = asyncio.get_running_loop()
+    assert isinstance(loop, _StallingLoop)
+    answered_s: dict[int, float] = {}
+    parser = Parser()
+
+    def deliver(_: int, data: bytes) -> None:
+        for message in parser.parse(data):
+            if message.get_type() == "PING" and message.target_system:
+                answered_s[message.seq] = loop.time()
+
+    shim = _SlowShim(ShimOptions(), (LinkKind.ONBOARD,))
+    driver = LoopDriver(shim, speed=speed, deliver=deliver)
+    packer = Packer(1, 191)
+    running = asyncio.ensure_future(driver.run())
+    await asyncio.sleep(1.0)
+    shim.cost_s = cost_s
+    loop.stall(stall_s)
+    sent_s: list[float] = []
+    for seq in range(60):
+        driver.receive(0, packer.pack(dialect.MAVLink_ping_message(seq, seq, 0, 0)))
+        sent_s.append(loop.time())
+        await asyncio.sleep(0.05)
+    await asyncio.sleep(2.0)
+    running.cancel()
+    assert len(answered_s) == len(sent_s)
+    assert list(answered_s) == sorted(answered_s)
+    return [answered_s[seq] - sent for seq, sent in enumerate(sent_s)]
+
+
+@pytest.mark.parametrize(
+    ("stall_s", "cost_s", "speed"),
+    [
+        (0.0, 0.001, 1.0),
+        (0.5, 0.003, 1.0),
+        (60.0, 0.003, 1.0),
+        (0.0, 0.005, 1.0),
+        (0.0, 0.002, 10.0),
+    ],
+    ids=["in time", "short stall", "long stall", "slow machine", "too much speed"],
+)
+def test_what_comes_in_while_it_is_behind_is_answered_at_once(
+    stall_s: float, cost_s: float, speed: float
+) -> None:
+    with asyncio.Runner(loop_factory=lambda: _StallingLoop(0.0)) as runner:
+        latencies_s = runner.run(_ping_latencies(stall_s=stall_s, cost_s=cost_s, speed=speed))
+    # Two batches of 25 ticks at most pass between two looks at timers, and 30 ms on the way.
+    assert max(latencies_s) < 50 * cost_s + 0.04
 
 
 async def _run_failing_shim() -> None:
