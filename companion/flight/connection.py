@@ -173,6 +173,9 @@ class Connection:
 
     def _on_bytes(self, data: bytes, received_s: float) -> None:
         frames = self.framer.feed(data)
+        if self._link.datagrams:
+            # What looks like the start of a packet is none: the rest will never come.
+            frames += self.framer.finish()
         for frame in frames:
             try:
                 self._on_frame(frame, received_s)

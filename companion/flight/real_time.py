@@ -14,6 +14,7 @@ from companion.flight.shim_process import ShimOptions, ShimProcess, start_shim
 from companion.flight.signals import commands_by_signal
 from companion.link.udp import UdpLink
 from companion.link.url import parse_link_url
+from companion.mavlink.peers import vehicle_heartbeat_in
 from companion.recording.flight_log import FlightLog
 from companion.trajectories.trajectory import Trajectory
 
@@ -38,6 +39,7 @@ def fly_in_real_time(
 
     Raises:
         LinkError: the link can't be opened.
+        ShimRefusedError: the embedded shim can't simulate what it was asked for.
     """
     with asyncio.Runner() as runner:
         return runner.run(_fly(config, trajectory, log, observer, shim))
@@ -56,7 +58,9 @@ async def _fly(
     options: ShimOptions | None,
 ) -> Outcome:
     inbox = Inbox()
-    link = UdpLink(parse_link_url(config.mission.connect or _EMBEDDED_URL))
+    link = UdpLink(
+        parse_link_url(config.mission.connect or _EMBEDDED_URL), accept_peer=vehicle_heartbeat_in
+    )
     server = CommandServer(inbox)
     shim: ShimProcess | None = None
     await link.open()

@@ -34,6 +34,8 @@ class Link(Protocol):
     counters: LinkCounters
     on_bytes: OnBytes | None
     """Set this before `open`."""
+    datagrams: bool
+    """True if `on_bytes` is given whole datagrams: no packet goes on in the next one."""
 
     async def open(self) -> None:
         """Make the link ready.

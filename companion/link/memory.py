@@ -18,6 +18,7 @@ class MemoryLink:
         """
         self.counters = LinkCounters()
         self.on_bytes: OnBytes | None = None
+        self.datagrams = True
         self.description = description
         self._deliver = deliver
         self._time: Callable[[], float] | None = None
@@ -48,21 +49,3 @@ class MemoryLink:
     def close(self) -> None:
         """Stop passing bytes on."""
         self._time = None
-
-
-def memory_pair() -> tuple[MemoryLink, MemoryLink]:
-    """Two ends of one pipe.
-
-    Bytes arrive in the next turn of the event loop, in order, so that neither side is ever
-    called from within its own `send`.
-    """
-
-    def to_right(data: bytes) -> None:
-        asyncio.get_running_loop().call_soon(right.receive, data)
-
-    def to_left(data: bytes) -> None:
-        asyncio.get_running_loop().call_soon(left.receive, data)
-
-    left = MemoryLink(to_right, "memory, left end")
-    right = MemoryLink(to_left, "memory, right end")
-    return left, right

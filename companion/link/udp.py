@@ -1,47 +1,39 @@
 """MAVLink over UDP.
 
-`udpin` binds and waits: the first sender of something valid becomes the peer, and from then on
-datagrams of anybody else are dropped before they are looked at.  `udpout` knows its peer from
+`udpin` binds and waits: the first sender of what its owner accepts becomes the peer, and from then
+on datagrams of anybody else are dropped before they are looked at.  `udpout` knows its peer from
 the start; the system itself then drops what others send.
 """
 
 import asyncio
+import contextlib
 import socket
 from collections.abc import Callable
 
 from companion.link.link import LinkCounters, LinkError, OnBytes
 from companion.link.url import LinkUrl
 
-_SHORTEST_FRAME = 8
-_MAGICS = (0xFD, 0xFE)
+_RECEIVE_BUFFER = 4 << 20
+"""Bytes that may wait while this process cannot run: seconds of telemetry."""
 
 Address = tuple[str, int]
-
-
-def looks_like_mavlink(data: bytes) -> bool:
-    """True if a datagram begins with a whole frame, by its first bytes and its length."""
-    if len(data) < _SHORTEST_FRAME or data[0] not in _MAGICS:
-        return False
-    if data[0] == _MAGICS[1]:
-        return len(data) >= 8 + data[1]
-    return data[2] <= 1 and len(data) >= 12 + data[1] + (13 if data[2] else 0)
 
 
 class UdpLink:
     """One UDP socket with one peer, for either direction of the address."""
 
-    def __init__(
-        self, url: LinkUrl, accept_peer: Callable[[bytes], bool] = looks_like_mavlink
-    ) -> None:
+    def __init__(self, url: LinkUrl, accept_peer: Callable[[bytes], bool]) -> None:
         """Prepare a link; nothing is opened yet.
 
         Args:
             url: where to bind (`udpin`) or to whom to send (`udpout`).
-            accept_peer: for `udpin`, decides by a datagram whether its sender is the peer.
+            accept_peer: for `udpin`, decides by a datagram whether its sender is the peer, for as
+                long as the link is open: a stranger taken for it locks the vehicle out.
         """
         self.url = url
         self.counters = LinkCounters()
         self.on_bytes: OnBytes | None = None
+        self.datagrams = True
         self.peer: Address | None = None
         """Who the peer is; None while `udpin` waits for it."""
         self.local: Address | None = None
@@ -73,6 +65,11 @@ class UdpLink:
             )
         except OSError as error:
             raise LinkError(self._why_not(error)) from error
+        with contextlib.suppress(OSError):
+            # The system may grant less; then less it is.
+            transport.get_extra_info("socket").setsockopt(
+                socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER
+            )
         self._transport = transport
         self.local = transport.get_extra_info("sockname")[:2]
         if not inward:

@@ -12,7 +12,6 @@ from companion.mavlink.framing import Frame
 from companion.mavlink.messages import MessageId, Outgoing, Target
 
 _LONG = struct.Struct("<7fHBBB")
-_INT = struct.Struct("<4fiifHBBBBB")
 _ACK = struct.Struct("<HBBiBB")
 
 FORCE = 21196.0
@@ -23,12 +22,10 @@ class CommandId(IntEnum):
     """The commands that the companion sends."""
 
     NAV_RETURN_TO_LAUNCH = 20
-    NAV_LAND = 21
     NAV_TAKEOFF = 22
     DO_SET_MODE = 176
     COMPONENT_ARM_DISARM = 400
     SET_MESSAGE_INTERVAL = 511
-    REQUEST_MESSAGE = 512
 
 
 class Result(IntEnum):
@@ -78,22 +75,6 @@ class Command:
             _LONG.pack(*self.params, self.command_id, *self.target, min(confirmation, 255)),
         )
 
-    def as_int(self, frame: int = 0) -> Outgoing:
-        """COMMAND_INT, with params 5 and 6 as whole numbers in the units of `frame`.
-
-        Raises:
-            ValueError: param 5 or 6 is not a whole number.
-        """
-        p1, p2, p3, p4, x, y, z = self.params
-        if x != int(x) or y != int(y):
-            raise ValueError(f"{self.label}: params 5 and 6 of a COMMAND_INT are whole numbers")
-        return Outgoing(
-            MessageId.COMMAND_INT,
-            _INT.pack(
-                p1, p2, p3, p4, int(x), int(y), z, self.command_id, *self.target, frame, 0, 0
-            ),
-        )
-
 
 @dataclass(frozen=True, slots=True)
 class Ack:
@@ -129,11 +110,6 @@ def takeoff_here(target: Target) -> Command:
     return Command(CommandId.NAV_TAKEOFF, target, (math.nan,) * 7)
 
 
-def land_here(target: Target) -> Command:
-    """Land where the vehicle is, heading kept."""
-    return _command(CommandId.NAV_LAND, target, 0.0, 0.0, 0.0, math.nan, math.nan, math.nan)
-
-
 def message_interval(target: Target, message_id: int, interval_s: float | None) -> Command:
     """Ask for a message at an interval; 0 restores the autopilot's default, None stops it.
 
@@ -147,11 +123,6 @@ def message_interval(target: Target, message_id: int, interval_s: float | None) 
     else:
         raise ValueError(f"a message interval cannot be {interval_s} s")
     return _command(CommandId.SET_MESSAGE_INTERVAL, target, message_id, interval_us)
-
-
-def request_message(target: Target, message_id: int) -> Command:
-    """Ask for one copy of a message; PX4 sends it before its acknowledgement."""
-    return _command(CommandId.REQUEST_MESSAGE, target, message_id)
 
 
 def _command(command_id: CommandId, target: Target, *params: float) -> Command:

@@ -7,7 +7,6 @@ second one on.  Bytes that are no frame are skipped one at a time, so that a fal
 does not swallow a true frame behind it.
 """
 
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from companion.mavlink.crc import CRC_TABLE, crc16
@@ -20,8 +19,6 @@ LARGEST_FRAME = 280
 
 _INCOMPATIBLE_SIGNED = 0x01
 _MOST_UNKNOWN_IDS = 64
-OTHER_IDS = -1
-"""Key under which `FramerCounters.unknown_ids` counts what came after its table was full."""
 
 _ALL_CRC_EXTRA = CRC_EXTRA | CRC_EXTRA_UNDECODABLE
 _TABLE_INDEX = {entry: index for index, entry in enumerate(CRC_TABLE)}
@@ -54,29 +51,14 @@ class Frame(NamedTuple):
         return self.message_id in CRC_EXTRA
 
 
-@dataclass(slots=True)
-class FramerCounters:
-    """What a framer has seen so far."""
-
-    frames: int = 0
-    """Frames given out, known and unknown."""
-    crc_errors: int = 0
-    """Places that looked like a frame and whose CRC was wrong, or could not be judged yet."""
-    bytes_skipped: int = 0
-    """Bytes that belong to no frame."""
-    unknown_ids: dict[int, int] = field(default_factory=dict)
-    """Frames of ids that the dialect cannot decode, by id (64 ids, the rest as `OTHER_IDS`)."""
-
-
 class Framer:
     """Cuts frames out of one byte stream.  Keeps at most one unfinished frame in memory."""
 
-    __slots__ = ("_learned", "_pending", "counters")
+    __slots__ = ("_learned", "_pending")
 
     def __init__(self) -> None:
         self._pending = b""
         self._learned: dict[int, int] = {}
-        self.counters = FramerCounters()
 
     @property
     def pending_bytes(self) -> int:
@@ -92,7 +74,6 @@ class Framer:
         """Say that the stream has ended; give the frames behind an unfinished one, if any."""
         frames: list[Frame] = []
         while self._pending:
-            self.counters.bytes_skipped += 1
             more, self._pending = self._split(self._pending[1:])
             frames += more
         return frames
@@ -100,19 +81,15 @@ class Framer:
     def _split(self, data: bytes) -> tuple[list[Frame], bytes]:
         """Frames in `data`, and the bytes at its end that may be the start of one more."""
         frames: list[Frame] = []
-        counters = self.counters
         position, end = 0, len(data)
         while position < end:
             magic = data[position]
             if magic != MAGIC_V2 and magic != MAGIC_V1:
-                following = _next_magic(data, position + 1)
-                counters.bytes_skipped += following - position
-                position = following
+                position = _next_magic(data, position + 1)
                 continue
             header = 10 if magic == MAGIC_V2 else 6
             if end - position < header:
                 if magic == MAGIC_V2 and end - position > 2 and data[position + 2] > 1:
-                    counters.bytes_skipped += 1
                     position += 1
                     continue
                 break
@@ -122,7 +99,6 @@ class Framer:
                 flags = data[position + 2]
                 if flags:
                     if flags != _INCOMPATIBLE_SIGNED:
-                        counters.bytes_skipped += 1
                         position += 1
                         continue
                     signed = True
@@ -136,13 +112,8 @@ class Framer:
             # A datagram with one frame is the common case: no copy then.
             raw = data if length == end else data[position : position + length]
             if not self._crc_fits(raw, header, message_id):
-                counters.crc_errors += 1
-                counters.bytes_skipped += 1
                 position += 1
                 continue
-            if message_id not in CRC_EXTRA:
-                self._count_unknown(message_id)
-            counters.frames += 1
             version = 2 if magic == MAGIC_V2 else 1
             frames.append(
                 Frame(raw, version, message_id, system_id, component_id, sequence, signed)
@@ -172,12 +143,6 @@ class Framer:
             del learned[next(iter(learned))]  # the one not seen for longest
         learned[message_id] = extra
         return False
-
-    def _count_unknown(self, message_id: int) -> None:
-        unknown = self.counters.unknown_ids
-        if message_id not in unknown and len(unknown) >= _MOST_UNKNOWN_IDS:
-            message_id = OTHER_IDS
-        unknown[message_id] = unknown.get(message_id, 0) + 1
 
 
 def _next_magic(data: bytes, start: int) -> int:

@@ -70,10 +70,11 @@ def vehicle_from_heartbeat(frame: Frame, heartbeat: Message) -> Vehicle | None:
 
 def vehicle_heartbeat_in(data: bytes) -> bool:
     """True if a datagram holds a vehicle's heartbeat: a way to tell who the peer of a link is."""
+    framer = Framer()
     return any(
         frame.message_id == MessageId.HEARTBEAT
         and vehicle_from_heartbeat(frame, decode(frame)) is not None
-        for frame in Framer().feed(data)
+        for frame in framer.feed(data) + framer.finish()
     )
 
 

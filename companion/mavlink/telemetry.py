@@ -26,8 +26,6 @@ _BODY_FRAMES = (8, 12)
 
 _ODOMETRY_BYTES = 230
 _ODOMETRY = struct.Struct("<Q13f168xBB")
-_LOCAL_POSITION = struct.Struct("<I6f")
-_ATTITUDE = struct.Struct("<I7f")
 _DEBUG_VECT = struct.Struct("<Q3f10s")
 
 FARTHEST_M = 1.0e5
@@ -41,15 +39,6 @@ class Rejected:
 
     reason: str
     """One sentence for the log, naming the message and the field."""
-
-
-@dataclass(frozen=True, slots=True)
-class Attitude:
-    """An ATTITUDE_QUATERNION in the companion's frames."""
-
-    time_s: float
-    attitude_flu_to_enu: Quaternion
-    rate_flu_rad_s: Vector3
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,50 +78,6 @@ def state_from_odometry(frame: Frame) -> VehicleState | Rejected:
     return _state("ODOMETRY", time_us * 1e-6, (x, y, z), velocity, (qw, qx, qy, qz), (p, q, r))
 
 
-def attitude_from_frame(frame: Frame) -> Attitude | Rejected:
-    """Attitude and rates from an ATTITUDE_QUATERNION."""
-    time_ms, qw, qx, qy, qz, p, q, r = _ATTITUDE.unpack_from(
-        frame.payload.ljust(_ATTITUDE.size, b"\0")
-    )
-    state = _state("ATTITUDE_QUATERNION", time_ms * 1e-3, _ZERO, _ZERO, (qw, qx, qy, qz), (p, q, r))
-    if isinstance(state, Rejected):
-        return state
-    return Attitude(state.time_s, state.attitude_flu_to_enu, state.rate_flu_rad_s)
-
-
-def state_from_local_position(
-    frame: Frame, attitude: Attitude | None, largest_skew_s: float = 0.03
-) -> VehicleState | Rejected:
-    """State from a LOCAL_POSITION_NED and the newest attitude.
-
-    Args:
-        frame: the LOCAL_POSITION_NED.
-        attitude: the newest attitude so far, or None.
-        largest_skew_s: how far apart, by the autopilot's clock, the two may be.
-    """
-    time_ms, x, y, z, vx, vy, vz = _LOCAL_POSITION.unpack_from(
-        frame.payload.ljust(_LOCAL_POSITION.size, b"\0")
-    )
-    if attitude is None:
-        return Rejected("LOCAL_POSITION_NED came, but no ATTITUDE_QUATERNION yet")
-    time_s = time_ms * 1e-3
-    if abs(time_s - attitude.time_s) > largest_skew_s:
-        return Rejected(
-            f"LOCAL_POSITION_NED of {time_s:.3f} s is more than {largest_skew_s} s apart from "
-            f"the newest ATTITUDE_QUATERNION, of {attitude.time_s:.3f} s"
-        )
-    problem = _problem("LOCAL_POSITION_NED", (x, y, z), (vx, vy, vz), _ZERO)
-    if problem is not None:
-        return Rejected(problem)
-    return VehicleState(
-        time_s,
-        swap_enu_ned((x, y, z)),
-        swap_enu_ned((vx, vy, vz)),
-        attitude.attitude_flu_to_enu,
-        attitude.rate_flu_rad_s,
-    )
-
-
 def wind_acceleration(frame: Frame) -> WindAcceleration | Rejected | None:
     """The acceleration by wind from a DEBUG_VECT `wind_acc` (NED, m/s²); None if not that."""
     time_us, x, y, z, name = _DEBUG_VECT.unpack_from(frame.payload.ljust(_DEBUG_VECT.size, b"\0"))
@@ -141,9 +86,6 @@ def wind_acceleration(frame: Frame) -> WindAcceleration | Rejected | None:
     if not math.isfinite(x + y + z):
         return Rejected(f"DEBUG_VECT wind_acc is not finite: {x}, {y}, {z}")
     return WindAcceleration(time_us * 1e-6, swap_enu_ned((x, y, z)))
-
-
-_ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 
 def _state(

@@ -11,6 +11,9 @@ from companion.recording.tlog import TlogWriter
 TLOG_NAME = "flight.tlog"
 MCAP_NAME = "flight.mcap"
 
+_LATEST_S = 1.0e9
+"""Times beyond this do not fit the files' time stamps everywhere, and no clock gives them."""
+
 
 class FlightLogError(Exception):
     """The log cannot be begun; the text says what, where and the remedy, in one paragraph."""
@@ -19,9 +22,10 @@ class FlightLogError(Exception):
 class FlightLog:
     """Owns the files of a flight's folder.
 
-    Nothing here raises once the flight has begun: when the system refuses to write, that file is
-    given up, `trouble` says so, and the flight goes on.  Everything reaches the system at most
-    `flush_interval_s` of the caller's time after it was given.
+    Nothing here raises once the flight has begun: when a file cannot be written any more, it is
+    given up, `trouble` says so, and the flight goes on.  What has an impossible time (not finite,
+    negative, beyond 30 years) or cannot be encoded is counted as `lost`.  Everything reaches the
+    system at most `flush_interval_s` of the caller's time after it was given.
     """
 
     def __init__(
@@ -72,18 +76,20 @@ class FlightLog:
 
     def record(self, topic: str, time_s: float, values: Mapping[str, Any]) -> None:
         """Record what a stage of the controller says about itself."""
-        if self._mcap is None:
+        if self._mcap is None or not _possible(time_s):
             self.lost += 1
             return
         try:
             self._mcap.write(topic, time_s, values)
         except OSError as error:
             self._give_up_mcap(error)
+        except Exception:  # of the values, not of the file: the next record may be good
+            self.lost += 1
         self.flush_if_due(time_s)
 
     def flush_if_due(self, time_s: float) -> None:
         """Hand everything to the system, if the interval is over."""
-        if time_s >= self._flush_at_s:
+        if time_s >= self._flush_at_s and _possible(time_s):
             self._flush_at_s = time_s + self._interval_s
             self.flush()
 
@@ -92,12 +98,12 @@ class FlightLog:
         try:
             if self._tlog is not None:
                 self._tlog.flush()
-        except OSError as error:
+        except Exception as error:
             self._give_up_tlog(error)
         try:
             if self._mcap is not None:
                 self._mcap.flush()
-        except OSError as error:
+        except Exception as error:
             self._give_up_mcap(error)
 
     def close(self) -> None:
@@ -106,40 +112,52 @@ class FlightLog:
         self._release()
 
     def _frame(self, time_s: float, raw: bytes, *, sent: bool) -> None:
-        if self._tlog is None:
+        if self._tlog is None or not _possible(time_s):
             self.lost += 1
             return
         self._tlog.write(time_s, raw, sent=sent)
         self.flush_if_due(time_s)
 
-    def _give_up_tlog(self, error: OSError) -> None:
+    def _give_up_tlog(self, error: Exception) -> None:
         if self._tlog is not None:
             self._tlog.abandon()
             self._tlog = None
         self._complain(TLOG_NAME, error)
 
-    def _give_up_mcap(self, error: OSError) -> None:
+    def _give_up_mcap(self, error: Exception) -> None:
         if self._mcap is not None:
             self._mcap.abandon()
             self._mcap = None
         self._complain(MCAP_NAME, error)
 
-    def _complain(self, name: str, error: OSError) -> None:
-        said = f"{name} in {self.folder} is no longer written: {error.strerror or error}"
+    def _complain(self, name: str, error: Exception) -> None:
+        said = f"{name} in {self.folder} is no longer written: {_reason(error)}"
         self.trouble = said if self.trouble is None else f"{self.trouble}; {said}"
 
     def _release(self) -> None:
         try:
             if self._tlog is not None:
                 self._tlog.close()
-        except OSError as error:
-            self._complain(TLOG_NAME, error)
+        except Exception as error:
+            self._give_up_tlog(error)
         try:
             if self._mcap is not None:
                 self._mcap.close()
-        except OSError as error:
-            self._complain(MCAP_NAME, error)
+        except Exception as error:
+            self._give_up_mcap(error)
         self._tlog = self._mcap = None
+
+
+def _possible(time_s: float) -> bool:
+    """True for a time that the files can hold; comparisons with NaN are false."""
+    return 0.0 <= time_s < _LATEST_S
+
+
+def _reason(error: Exception) -> str:
+    """What a person should read of an error."""
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    return f"{type(error).__name__}: {error}"
 
 
 def _why_not(folder: Path, error: OSError) -> str:

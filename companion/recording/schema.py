@@ -5,8 +5,6 @@ repeats them in words for the tools that show a log.
 """
 
 import dataclasses
-import types
-import typing
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -78,35 +76,6 @@ def json_schema(spec: ChannelSpec) -> dict[str, Any]:
     }
 
 
-def spec_from_dataclass(
-    topic: str, record_class: type, descriptions: Mapping[str, str] | None = None
-) -> ChannelSpec:
-    """Channel of a dataclass's records: its fields with the kinds of their annotations.
-
-    Args:
-        topic: name of the channel.
-        record_class: a dataclass.
-        descriptions: what fields are, by name; else `description` in a field's metadata.
-
-    Raises:
-        TypeError: it is no dataclass.
-    """
-    hints = typing.get_type_hints(record_class)
-    descriptions = descriptions or {}
-    return ChannelSpec(
-        topic,
-        tuple(
-            Field(
-                field.name,
-                _kind_of_type(hints[field.name]),
-                descriptions.get(field.name, str(field.metadata.get("description", ""))),
-            )
-            for field in dataclasses.fields(record_class)
-        ),
-        (record_class.__doc__ or "").strip().split("\n")[0],
-    )
-
-
 def spec_from_record(topic: str, record: Mapping[str, Any]) -> ChannelSpec:
     """Channel as its first record looks."""
     return ChannelSpec(
@@ -123,25 +92,6 @@ def _property(field: Field) -> dict[str, Any]:
     if field.kind == "array":
         schema["items"] = {"type": "number"}
     return schema
-
-
-def _kind_of_type(hint: Any) -> str:  # noqa: ANN401 - any annotation
-    if typing.get_origin(hint) in (typing.Union, types.UnionType):
-        inner = [arg for arg in typing.get_args(hint) if arg is not type(None)]
-        kinds = {_kind_of_type(arg) for arg in inner}
-        if kinds == {"integer", "number"}:
-            return "number"
-        return kinds.pop() if len(kinds) == 1 else "any"
-    origin = typing.get_origin(hint) or hint
-    if not isinstance(origin, type):
-        return "any"
-    if issubclass(origin, Enum):
-        return _kind_of_value(next(iter(origin)).value)
-    kind = next((kind for python, kind in _KINDS if issubclass(origin, python)), "any")
-    if kind == "array":
-        inner = [arg for arg in typing.get_args(hint) if arg is not Ellipsis]
-        return "array" if inner and all(_kind_of_type(arg) in _NUMERIC for arg in inner) else "any"
-    return "object" if dataclasses.is_dataclass(origin) else kind
 
 
 def _kind_of_value(value: object) -> str:

@@ -102,10 +102,10 @@ def test_arming_and_disarming_force_only_when_told():
 
 
 def test_a_command_names_its_target_and_its_repetition():
-    message = sent(commands.request_message(TARGET, 148).as_long(confirmation=2))
+    message = sent(commands.message_interval(TARGET, 148, 1e-6).as_long(confirmation=2))
 
     assert (message.target_system, message.target_component) == (3, 1)
-    assert (message.command, message.param1, message.confirmation) == (512, 148, 2)
+    assert (message.command, message.param1, message.confirmation) == (511, 148, 2)
 
 
 def test_takeoff_here_leaves_everything_to_the_autopilot():
@@ -128,17 +128,6 @@ def test_message_intervals_are_in_microseconds(interval_s, expected_us):
 def test_an_interval_that_is_none_is_refused(interval_s):
     with pytest.raises(ValueError, match="interval"):
         commands.message_interval(TARGET, 331, interval_s)
-
-
-def test_command_int_carries_whole_positions():
-    command = commands.Command(192, TARGET, (1.5, 2.5, 3.5, 4.5, 473977418.0, -85455939.0, 12.5))
-
-    message = sent(command.as_int(frame=6))
-
-    assert (message.x, message.y, message.z) == (473977418, -85455939, 12.5)
-    assert (message.param1, message.param4, message.frame, message.command) == (1.5, 4.5, 6, 192)
-    with pytest.raises(ValueError, match="whole"):
-        commands.Command(192, TARGET, (0, 0, 0, 0, 0.5, 0, 0)).as_int()
 
 
 def test_acknowledgements_are_read_with_and_without_their_extensions():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from companion.mavlink.codec import Packer, decode, encode
 from companion.mavlink.command_exchange import CommandExchange, CommandQueue
-from companion.mavlink.commands import Ack, arm, message_interval, request_message
+from companion.mavlink.commands import Ack, arm, message_interval
 from companion.mavlink.dialects.base import ParameterEncoding
 from companion.mavlink.dialects.px4 import Px4
 from companion.mavlink.exchange import Patience, Verdict
@@ -128,8 +128,8 @@ class TestQueue:
 
     def test_a_command_that_nobody_answers_does_not_block_the_next(self):
         queue = CommandQueue(PATIENCE)
-        first = queue.submit(request_message(TARGET, 148))
-        queue.submit(request_message(TARGET, 242))
+        first = queue.submit(message_interval(TARGET, 148, 0.1))
+        queue.submit(message_interval(TARGET, 242, 0.1))
 
         for t in (0.0, 0.5, 1.0):
             assert sent(queue.outgoing(t)[0]).param1 == 148

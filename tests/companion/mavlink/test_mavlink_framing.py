@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink
 
 from companion.mavlink.crc import crc16, crc16_by_table
-from companion.mavlink.framing import LARGEST_FRAME, OTHER_IDS, Framer
+from companion.mavlink.framing import LARGEST_FRAME, Framer
 
 
 def packed(message, *, sequence=0, system=1, component=1, version=2, key=None):
@@ -73,8 +73,6 @@ def test_a_clean_stream_is_cut_into_exactly_its_packets(stream):
     frames = framer.feed(b"".join(stream))
 
     assert [frame.raw for frame in frames] == stream
-    assert framer.counters.frames == len(stream)
-    assert framer.counters.bytes_skipped == framer.counters.crc_errors == 0
     assert framer.pending_bytes == 0
 
 
@@ -94,7 +92,6 @@ def test_how_the_stream_is_chunked_makes_no_difference(pieces, data):
     frames += chunked.finish()
 
     assert frames == expected
-    assert chunked.counters == whole.counters
 
 
 @settings(deadline=None, derandomize=True, max_examples=500)
@@ -129,7 +126,6 @@ def test_one_wrong_bit_in_payload_or_crc_makes_it_no_frame(message, data):
     frames = framer.feed(bytes(raw)) + framer.finish()
 
     assert all(frame.message_id != message.id for frame in frames)
-    assert framer.counters.crc_errors >= 1
 
 
 @settings(deadline=None, derandomize=True)
@@ -140,18 +136,6 @@ def test_memory_stays_below_one_frame_whatever_comes(chunks):
     for chunk in chunks:
         framer.feed(chunk)
         assert framer.pending_bytes < LARGEST_FRAME
-
-
-def test_every_byte_is_in_a_frame_or_skipped_or_pending():
-    good = packed(pymavlink.MAVLink_attitude_message(1, 0.1, 0.2, 0.3, 0, 0, 0))
-    stream = b"\xfd\x03noise" + good + b"\xfe" * 9 + good[:-1]
-    framer = Framer()
-
-    frames = framer.feed(stream)
-
-    counted = sum(len(frame.raw) for frame in frames) + framer.counters.bytes_skipped
-    assert frames
-    assert counted + framer.pending_bytes == len(stream)
 
 
 @pytest.mark.parametrize("version", [1, 2])
@@ -186,7 +170,7 @@ def test_a_packet_with_an_unknown_incompatibility_flag_is_skipped():
     assert frames_of(bytes(raw) + following) == [following]
 
 
-def test_unknown_ids_are_delimited_and_counted_once_their_seed_is_confirmed():
+def test_unknown_ids_are_delimited_once_their_seed_is_confirmed():
     first, second, third = (unknown_frame(54321, text) for text in (b"abc", b"defg", b"h"))
     known = packed(pymavlink.MAVLink_system_time_message(1, 2))
     framer = Framer()
@@ -195,8 +179,6 @@ def test_unknown_ids_are_delimited_and_counted_once_their_seed_is_confirmed():
 
     assert [frame.raw for frame in frames] == [known, second, third]
     assert [frame.decodable for frame in frames] == [True, False, False]
-    assert framer.counters.unknown_ids == {54321: 2}
-    assert framer.counters.bytes_skipped == len(first)
 
 
 def test_ids_that_px4_sends_and_pymavlink_lacks_are_delimited_from_the_first():
@@ -204,8 +186,6 @@ def test_ids_that_px4_sends_and_pymavlink_lacks_are_delimited_from_the_first():
     framer = Framer()
 
     assert [frame.raw for frame in framer.feed(event)] == [event]
-    assert framer.counters.unknown_ids == {410: 1}
-    assert framer.counters.bytes_skipped == 0
 
 
 def test_an_unknown_id_whose_seed_changes_is_not_believed():
@@ -215,15 +195,15 @@ def test_an_unknown_id_whose_seed_changes_is_not_believed():
         assert framer.feed(unknown_frame(54321, b"abc", extra)) == []
 
 
-def test_the_tables_of_unknown_ids_do_not_grow_without_end():
+def test_the_table_of_unknown_ids_does_not_grow_without_end():
     framer = Framer()
 
-    for message_id in range(700_000, 701_000):
-        framer.feed(2 * unknown_frame(message_id, b"x"))
+    found = sum(
+        len(framer.feed(2 * unknown_frame(message_id, b"x")))
+        for message_id in range(700_000, 701_000)
+    )
 
-    assert len(framer.counters.unknown_ids) == 65
-    assert framer.counters.unknown_ids[OTHER_IDS] == 936
-    assert framer.counters.frames == 1000
+    assert found == 1000
     assert len(framer._learned) == 64
 
 

@@ -27,7 +27,7 @@ def test_the_slow_dialect_is_imported_by_one_module_alone():
 
 
 @pytest.mark.parametrize(
-    "module", ["companion.link.open", "companion.link.memory", "companion.recording.flight_log"]
+    "module", ["companion.link.udp", "companion.link.memory", "companion.recording.flight_log"]
 )
 def test_links_and_recording_do_not_need_the_dialect(module):
     assert not any(name.startswith("pymavlink") for name in modules_after(f"import {module}"))

@@ -16,12 +16,9 @@ from companion.mavlink.codec import Packer, encode
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import Outgoing
 from companion.mavlink.telemetry import (
-    Attitude,
     Rejected,
     WindAcceleration,
-    attitude_from_frame,
     is_truth,
-    state_from_local_position,
     state_from_odometry,
     wind_acceleration,
 )
@@ -152,66 +149,6 @@ def test_frames_that_cannot_be_used_are_named(frames, word):
     assert word in rejected.reason
 
 
-def attitude_frame(state, time_s, **changes):
-    w, x, y, z = attitude_to_wire(state.attitude_flu_to_enu)
-    p, q, r = swap_flu_frd(state.rate_flu_rad_s)
-    fields = {
-        "time_boot_ms": round(time_s * 1000), "q1": w, "q2": x, "q3": y, "q4": z,
-        "rollspeed": p, "pitchspeed": q, "yawspeed": r,
-    }  # fmt: skip
-    return frame_of("ATTITUDE_QUATERNION", **(fields | changes))
-
-
-def position_frame(state, **changes):
-    x, y, z = swap_enu_ned(state.position_enu_m)
-    vx, vy, vz = swap_enu_ned(state.velocity_enu_m_s)
-    fields = {"x": x, "y": y, "z": z, "vx": vx, "vy": vy, "vz": vz}
-    return frame_of(
-        "LOCAL_POSITION_NED",
-        time_boot_ms=round(state.time_s * 1000),
-        **(fields | changes),
-    )
-
-
-@settings(deadline=None, derandomize=True)
-@given(states)
-def test_position_and_attitude_messages_give_the_same_state_as_odometry(state):
-    attitude = attitude_from_frame(attitude_frame(state, state.time_s))
-
-    assert isinstance(attitude, Attitude)
-    assert_same(state_from_local_position(position_frame(state), attitude), state)
-
-
-def test_a_position_without_an_attitude_is_rejected():
-    assert isinstance(state_from_local_position(position_frame(ASYMMETRIC), None), Rejected)
-
-
-def test_a_position_and_an_old_attitude_are_no_state():
-    attitude = attitude_from_frame(attitude_frame(ASYMMETRIC, ASYMMETRIC.time_s - 0.2))
-
-    rejected = state_from_local_position(position_frame(ASYMMETRIC), attitude)
-
-    assert isinstance(rejected, Rejected)
-    assert "12.344" in rejected.reason
-    assert "12.144" in rejected.reason
-
-
-@pytest.mark.parametrize("field", ["x", "vy"])
-def test_a_position_that_is_not_finite_is_rejected(field):
-    attitude = attitude_from_frame(attitude_frame(ASYMMETRIC, ASYMMETRIC.time_s))
-
-    frame = position_frame(ASYMMETRIC, **{field: math.nan})
-
-    assert isinstance(state_from_local_position(frame, attitude), Rejected)
-
-
-def test_an_attitude_that_is_not_finite_is_rejected():
-    assert isinstance(attitude_from_frame(attitude_frame(ASYMMETRIC, 1.0, q2=math.nan)), Rejected)
-    assert isinstance(
-        attitude_from_frame(attitude_frame(ASYMMETRIC, 1.0, yawspeed=math.inf)), Rejected
-    )
-
-
 def test_the_winds_acceleration_is_turned_to_enu():
     frame = frame_of("DEBUG_VECT", 240, name=b"wind_acc", time_usec=2_000_000, x=1.0, y=2.0, z=-3.0)
 
@@ -244,23 +181,17 @@ def test_truth_is_told_from_telemetry():
 def test_no_payload_raises_and_every_state_is_finite(payload):
     frames = {
         message_id: Framer().feed(Packer(1).pack(Outgoing(message_id, payload)))[0]
-        for message_id in (331, 32, 31, 250)
+        for message_id in (331, 250)
     }
-    attitude = attitude_from_frame(frames[31])
     wind_acceleration(frames[250])
 
-    for state in (
-        state_from_odometry(frames[331]),
-        state_from_local_position(
-            frames[32], attitude if isinstance(attitude, Attitude) else None, math.inf
-        ),
-    ):
-        if isinstance(state, VehicleState):
-            numbers = (
-                *state.position_enu_m,
-                *state.velocity_enu_m_s,
-                *state.attitude_flu_to_enu,
-                *state.rate_flu_rad_s,
-            )
-            assert all(math.isfinite(number) for number in numbers)
-            assert math.hypot(*state.attitude_flu_to_enu) == pytest.approx(1.0)
+    state = state_from_odometry(frames[331])
+    if isinstance(state, VehicleState):
+        numbers = (
+            *state.position_enu_m,
+            *state.velocity_enu_m_s,
+            *state.attitude_flu_to_enu,
+            *state.rate_flu_rad_s,
+        )
+        assert all(math.isfinite(number) for number in numbers)
+        assert math.hypot(*state.attitude_flu_to_enu) == pytest.approx(1.0)

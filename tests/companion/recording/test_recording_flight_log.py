@@ -1,4 +1,5 @@
 import errno
+import math
 import os
 import signal
 import subprocess
@@ -189,3 +190,55 @@ def test_a_disk_that_is_full_at_the_very_end_is_reported_by_close(tmp_path, disk
 
     assert TLOG_NAME in log.trouble
     assert MCAP_NAME in log.trouble
+
+
+@pytest.mark.parametrize("time_s", [math.nan, math.inf, -math.inf, -0.001, -1e9, 1e9, 1e300])
+def test_impossible_times_are_refused_and_disturb_nothing(tmp_path, time_s):
+    log = FlightLog(tmp_path)
+    fly(log, end_s=0.5)
+
+    log.frame_in(time_s, PACKET)
+    log.frame_out(time_s, PACKET)
+    log.record("tick", time_s, {"time_s": time_s, "error_m": 0.0})
+    log.flush_if_due(time_s)
+    fly(log, start_s=0.5, end_s=1.0)
+
+    assert len(list(read_tlog(tmp_path / TLOG_NAME))) >= 150, "flushed as before"
+    log.close()
+    assert (log.trouble, log.lost) == (None, 3)
+    assert len(list(read_tlog(tmp_path / TLOG_NAME))) == 200
+    assert len(list(read_records(tmp_path / MCAP_NAME))) == 100
+
+
+def test_a_record_that_cannot_be_encoded_is_lost_alone(tmp_path):
+    class Unspeakable:
+        def __str__(self):
+            raise ValueError("no words")
+
+    log = FlightLog(tmp_path)
+    log.record("tick", 0.0, {"step": 1})
+    log.record("tick", 0.1, {"step": Unspeakable()})
+    log.record("tick", 0.2, {"step": 3})
+    log.close()
+
+    assert (log.trouble, log.lost) == (None, 1)
+    assert [r.values["step"] for r in read_records(tmp_path / MCAP_NAME)] == [1, 3]
+
+
+@pytest.mark.parametrize("method", ["flush", "close"])
+@pytest.mark.parametrize("name", ["_tlog", "_mcap"])
+def test_whatever_a_file_raises_gives_up_that_file_alone(tmp_path, monkeypatch, name, method):
+    log = FlightLog(tmp_path)
+    fly(log, end_s=0.1)
+
+    def fail(_self):
+        raise ValueError("broken")
+
+    monkeypatch.setattr(type(getattr(log, name)), method, fail)
+    log.close()
+    log.close()
+
+    broken, whole = (TLOG_NAME, MCAP_NAME) if name == "_tlog" else (MCAP_NAME, TLOG_NAME)
+    assert "ValueError: broken" in log.trouble
+    assert broken in log.trouble
+    assert whole not in log.trouble

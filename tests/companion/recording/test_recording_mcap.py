@@ -1,6 +1,5 @@
 import json
 import math
-from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -10,14 +9,12 @@ from hypothesis import strategies as st
 from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
 
-from companion.frames import Quaternion, Vector3
 from companion.recording.json_record import RecordEncoder
 from companion.recording.mcap_log import McapLog, read_records
 from companion.recording.schema import (
     ChannelSpec,
     Field,
     json_schema,
-    spec_from_dataclass,
     spec_from_record,
     unit_of,
 )
@@ -28,24 +25,6 @@ BASE_US = 1_700_000_000_000_000
 class Status(Enum):
     SOLVED = "solved"
     FAILED = "failed"
-
-
-@dataclass(frozen=True, slots=True)
-class Tick:
-    """What one tick did.
-
-    More about it.
-    """
-
-    time_s: float
-    position_enu_m: Vector3
-    attitude_flu_to_enu: Quaternion
-    iterations: int
-    fallback: bool
-    status: Status
-    solve_time_us: float | None = None
-    plan_m: tuple[float, ...] = ()
-    note: str = field(default="", metadata={"description": "what a person should know"})
 
 
 RECORD = {
@@ -60,7 +39,21 @@ RECORD = {
     "note": 'said "so"',
 }
 PLAIN = json.loads(json.dumps(RECORD | {"status": "solved"}))
-TICK = spec_from_dataclass("tick", Tick)
+TICK = ChannelSpec(
+    "tick",
+    (
+        Field("time_s"),
+        Field("position_enu_m", "array"),
+        Field("attitude_flu_to_enu", "array"),
+        Field("iterations", "integer"),
+        Field("fallback", "boolean"),
+        Field("status", "string"),
+        Field("solve_time_us"),
+        Field("plan_m", "array"),
+        Field("note", "string", "what a person should know"),
+    ),
+    "What one tick did.",
+)
 
 
 def written(path, count=10):
