@@ -27,7 +27,10 @@ _READ = (
 )
 _NOT_READ = ("PARAM_VALUE", "REQUEST_DATA_STREAM", "SET_POSITION_TARGET_LOCAL_NED")
 _IDS = [getattr(dialect, f"MAVLINK_MSG_ID_{name}") for name in _READ + _NOT_READ]
+_COMMAND_IDS = _IDS[2:4]
 _COMMANDS = (16, 20, 21, 22, 84, 176, 192, 246, 400, 410, 510, 511, 512, 519, 520, 521)
+_INTERVAL_COMMANDS = (510, 511)
+_STREAMS = (30, 115, 331)
 _NUMBERS = (0, 1, -1, 4, 6, 30, 32, 115, 331, 435, 21196, 3e9, -3e9, 1e30, 3e38)
 _FLOATS = (*map(float, _NUMBERS), math.nan, math.inf, -math.inf)
 _BYTES = (0, 1, 127, 128, 255)
@@ -35,10 +38,12 @@ _PACKETS = 1500
 _LINKS = (LinkKind.ONBOARD, LinkKind.GROUND_STATION)
 
 
-def _frame(rng: np.random.Generator, message_id: int) -> bytes:
+def _frame(rng: np.random.Generator, message_id: int, *, about_intervals: bool = False) -> bytes:
     """MAVLink 2, https://mavlink.io/en/guide/serialization.html, from anybody."""
     kind = dialect.mavlink_map[message_id]
     payload = _payload(rng, kind)
+    if about_intervals:
+        payload = _about_intervals(rng, kind, payload)
     head = struct.pack("<BBBBBB", len(payload), 0, 0, 0, *rng.integers(1, 256, 2).tolist())
     body = head + message_id.to_bytes(3, "little") + payload
     crc = dialect.x25crc(body)
@@ -70,6 +75,18 @@ def _payload(rng: np.random.Generator, kind: type) -> bytes:
         name = rng.choice(("MC_ROLL_P", "COM_OBL_RC_ACT", "COM_OF_LOSS_T", "MPC_THR_HOVER"))
         struct.pack_into("<16s", payload, offsets["param_id"][0], str(name).encode())
     return bytes(payload)
+
+
+def _about_intervals(rng: np.random.Generator, kind: type, payload: bytes) -> bytes:
+    """The same as a command that sets the interval of a stream, or asks for it.
+
+    What one such packet sets, only another one brings to light.
+    """
+    changed = bytearray(payload)
+    offsets = _offsets(kind)
+    struct.pack_into("<f", changed, offsets["param1"][0], rng.choice(_STREAMS))
+    struct.pack_into("<H", changed, offsets["command"][0], rng.choice(_INTERVAL_COMMANDS))
+    return bytes(changed)
 
 
 def _offsets(kind: type) -> dict[str, tuple[int, str]]:
@@ -107,7 +124,9 @@ def test_random_packets_neither_end_it_nor_make_its_state_infinite(
     parsers = [Parser() for _ in _LINKS]
     answered: set[str] = set()
     for _ in range(_PACKETS):
-        frame = _frame(rng, int(rng.choice(_IDS)))
+        about_intervals = bool(rng.random() < 0.2)
+        message_id = int(rng.choice(_COMMAND_IDS if about_intervals else _IDS))
+        frame = _frame(rng, message_id, about_intervals=about_intervals)
         shim.receive(int(rng.integers(len(_LINKS))), frame, shim.time_s)
         for _, link, data in shim.step():
             answered |= {message.get_type() for message in parsers[link].parse(data)}
