@@ -1,5 +1,7 @@
 """The command line: parse, call, show.  What a command does is in the rooms below."""
 
+import io
+import sys
 from enum import IntEnum
 from pathlib import Path
 from typing import Annotated
@@ -183,4 +185,8 @@ def _command(word: str, pid: int | None) -> None:
 
 def main() -> None:
     """Entry point of the console script."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that can't show a "°" shows a "?" instead; that must not end a flight.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     app(prog_name="companion")

@@ -18,15 +18,16 @@ from companion.config.resolve import FlightConfig, find_config, load_flight, shi
 from companion.config.yaml_source import ConfigError, read_yaml
 from companion.flight.assemble import infeasibilities, make_trajectory
 from companion.flight.conduct import Outcome, OutcomeName
+from companion.flight.errors import ShimRefusedError
 from companion.flight.records import CHANNELS
 from companion.flight.shim_process import ShimOptions
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
 from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, FlightLog, FlightLogError
-from companion.report.flight_data import FlightData, read_flight
-from companion.report.metrics import tracking_figures
-from companion.report.result import result_object, write_result
-from companion.report.terminal import TerminalObserver, result_table
+from companion.report.aftermath import score_and_draw
+from companion.report.result import result_object
+from companion.report.summary import print_summary
+from companion.report.terminal import TerminalObserver
 from companion.trajectories.from_file import TrajectoryFileError
 from companion.trajectories.trajectory import Trajectory
 
@@ -80,7 +81,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     try:
         with TerminalObserver(console, verbose=request.verbose) as observer:
             outcome = _fly(config, trajectory, log, observer, shim, lockstep=request.lockstep)
-    except (LinkError, BadInputError) as error:
+    except (LinkError, ShimRefusedError) as error:
         log.close()
         _discard(folder, folder_too=is_new)
         raise BadInputError(str(error)) from error
@@ -88,18 +89,9 @@ def run_fly(request: FlyRequest) -> OutcomeName:
         log.close()
     wall_s = time.perf_counter() - started
 
-    scored = outcome.scored_s
-    data = read_flight(folder) if scored is not None else None
-    figures = tracking_figures(data, scored) if data and scored else None
-    result = result_object(
-        config.mission, outcome, figures, wall_s=wall_s, log_dir=folder.resolve()
-    )
-    try:
-        write_result(folder, result)
-        if data and scored:
-            _draw(config, data, scored, folder)
-    except OSError as error:
-        console.print(f"warning: {folder} is not complete: {error}", style="yellow")
+    result, trouble = score_and_draw(config, outcome, folder, wall_s)
+    if trouble is not None:
+        console.print(f"warning: {folder} is not complete: {trouble}", style="yellow")
     if log.trouble is not None:
         console.print(f"warning: {log.trouble}", style="yellow")
     if outcome.r_max_active_share > _R_MAX_WARNING_SHARE:
@@ -126,13 +118,7 @@ def _fly(
         from companion.lockstep import fly_in_lockstep
 
         assert shim is not None
-        try:
-            return fly_in_lockstep(config, trajectory, log, observer, shim)
-        except ValueError as error:
-            # The shim's own words on a scenario's file; its types are not for us to import.
-            if not type(error).__module__.startswith("sitl_shim."):
-                raise
-            raise BadInputError(str(error)) from error
+        return fly_in_lockstep(config, trajectory, log, observer, shim)
     from companion.flight.real_time import fly_in_real_time
 
     return fly_in_real_time(config, trajectory, log, observer, shim)
@@ -232,18 +218,6 @@ def _new_folder(mission: MissionConfig) -> Path:
     return folder
 
 
-def _draw(
-    config: FlightConfig, data: FlightData, scored_s: tuple[float, float], folder: Path
-) -> None:
-    from companion.report.figure import draw_flight
-
-    mission = config.mission
-    title = f"Trajectory {mission.trajectory}, {mission.controller}, {mission.vehicle}"
-    if mission.connect is None:
-        title += f", wind {mission.wind}, seed {mission.seed}"
-    draw_flight(data, scored_s, title, folder / "track.png", config.vehicle.tilt_limit_deg)
-
-
 def _refuse(
     config: FlightConfig, reason: str, request: FlyRequest, console: Console
 ) -> OutcomeName:
@@ -258,6 +232,6 @@ def _refuse(
 def _tell(result: dict[str, Any], request: FlyRequest) -> None:
     """The result on stdout: one JSON object, or a table."""
     if request.json_output:
-        sys.stdout.write(json.dumps(result, ensure_ascii=False) + "\n")
+        sys.stdout.write(json.dumps(result, allow_nan=False) + "\n")
     else:
-        Console(highlight=False).print(result_table(result))
+        print_summary(Console(highlight=False), result)

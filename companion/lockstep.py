@@ -12,6 +12,7 @@ from companion.config.resolve import FlightConfig
 from companion.control.qp.port import QpSolverFactory
 from companion.flight.clock import run_in_virtual_time
 from companion.flight.conduct import Outcome, conduct
+from companion.flight.errors import ShimRefusedError
 from companion.flight.inbox import Inbox
 from companion.flight.observer import Observer
 from companion.flight.shim_process import ShimOptions
@@ -49,6 +50,9 @@ def fly_in_lockstep(
         from_shim: may change each datagram to the companion; an empty one is lost.
         to_shim: the same for the other way.
         make_solver: a QP solver in place of the configured one.
+
+    Raises:
+        ShimRefusedError: the shim can't simulate what it was asked for.
     """
     return run_in_virtual_time(
         _fly(
@@ -86,16 +90,19 @@ async def _fly(
         if arriving:
             shim.receive(arriving)
 
-    shim = shim_lockstep.LockstepShim(
-        shim_lockstep.ShimOptions(
-            autopilot=options.autopilot,
-            vehicle=options.vehicle,
-            scenario=options.scenario,
-            seed=options.seed,
-            speed=options.speed,
-        ),
-        to_companion,
-    )
+    try:
+        shim = shim_lockstep.LockstepShim(
+            shim_lockstep.ShimOptions(
+                autopilot=options.autopilot,
+                vehicle=options.vehicle,
+                scenario=options.scenario,
+                seed=options.seed,
+                speed=options.speed,
+            ),
+            to_companion,
+        )
+    except ValueError as error:
+        raise ShimRefusedError(str(error)) from error
     link = MemoryLink(to_vehicle, "the embedded shim, in lockstep")
     await link.open()
     flying_shim = asyncio.get_running_loop().create_task(shim.run())

@@ -23,3 +23,7 @@ class HandedOverError(Exception):
 
 class LandingAskedError(Exception):
     """A person wants the vehicle to land now."""
+
+
+class ShimRefusedError(Exception):
+    """The embedded shim can't simulate what it was asked for; the text says what and why."""

@@ -6,7 +6,9 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from companion.flight.errors import LinkLostError
+from companion.flight.errors import LinkLostError, ShimRefusedError
+
+_STARTS_WITHIN_S = 30.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +68,13 @@ class ShimProcess:
 
 
 async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
-    """Start the shim so that its onboard link sends to a UDP port of ours on loopback."""
+    """Start the shim so that its onboard link sends to a UDP port of ours on loopback.
+
+    Returns when it is ready: it then has taken all of its options.
+
+    Raises:
+        ShimRefusedError: it can't simulate that; the text is its own.
+    """
     process = await asyncio.create_subprocess_exec(
         sys.executable,
         "-m",
@@ -82,7 +90,30 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
         "--gcs-port=0",
         "--exit-with-parent",
         stdin=asyncio.subprocess.PIPE,
-        stdout=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
     )
+    try:
+        await _until_ready(process)
+    except BaseException:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()
+        raise
     return ShimProcess(process)
+
+
+async def _until_ready(process: asyncio.subprocess.Process) -> None:
+    """Wait for the one line that a shim says when it runs, or for its end."""
+    assert process.stdout is not None
+    assert process.stderr is not None
+    try:
+        ready = await asyncio.wait_for(process.stdout.readline(), _STARTS_WITHIN_S)
+    except TimeoutError as error:
+        raise ShimRefusedError(
+            f"The embedded shim was not ready within {_STARTS_WITHIN_S:g} s. Is this computer "
+            "very busy? `sitl-shim run` starts it alone."
+        ) from error
+    if not ready:
+        said = (await process.stderr.read()).decode(errors="replace").strip()
+        raise ShimRefusedError(said.removeprefix("sitl-shim: ") or "The shim does not start.")

@@ -1,104 +1,104 @@
-"""What a person sees in the terminal: a line while flying, a table at the end."""
+"""What a person sees in the terminal while flying: phases, messages, and a live line."""
 
-from typing import Any
+import asyncio
+import contextlib
 
 from rich.console import Console
-from rich.live import Live
-from rich.table import Table
 from rich.text import Text
 
 from companion.flight.observer import TickView
 
 _COLOURS = {"info": "cyan", "warning": "yellow", "error": "bold red"}
-_TICKS_PER_LINE = 10
-"""Ticks between two refreshes of the live line."""
+_TICKS_PER_REFRESH = 20
+_BAR_CELLS = 16
+_CLEAR_LINE = "\r\x1b[2K"
+_YELLOW, _PLAIN = "\x1b[33m", "\x1b[0m"
 
 
 class TerminalObserver:
-    """Shows phases, messages and a live line; use as a context manager."""
+    """Shows phases, messages and, on a terminal, a live line; use as a context manager.
+
+    The live line is written as plain text now and then from within a tick: it takes microseconds
+    there, and no thread competes with the control loop.
+    """
 
     def __init__(self, console: Console, *, verbose: bool) -> None:
+        """Prepare.
+
+        Args:
+            console: where to show it.
+            verbose: also show messages that are mere information.
+        """
         self._console = console
         self._verbose = verbose
-        self._live = Live(Text(""), console=console, refresh_per_second=5, transient=True)
+        self._is_live = console.is_terminal and not console.is_dumb_terminal
+        self._has_colour = console.color_system is not None and not console.no_color
+        self._bar = "█·" if console.encoding.startswith("utf") else "#."
+        self._begun_s: float | None = None
         self._ticks = 0
+        self._line = ""
 
     def __enter__(self) -> "TerminalObserver":
-        if self._console.is_terminal:
-            self._live.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._live.stop()
+        with contextlib.suppress(OSError, ValueError):  # the terminal may be gone
+            self._clear()
 
     def phase(self, name: str, detail: str) -> None:
-        """A phase begins: one line."""
-        text = Text(f"  {name:<12}", style="bold")
+        """A phase begins: one line, with the time since the first."""
+        text = Text(self._time())
+        text.append(f"{name:<12}", style="bold")
         text.append(detail, style="dim")
-        self._console.print(text)
+        text.rstrip()
+        self._print(text)
 
     def tick(self, view: TickView) -> None:
         """Refresh the live line now and then."""
         self._ticks += 1
-        if self._ticks % _TICKS_PER_LINE or not self._console.is_terminal:
+        if not self._is_live or self._ticks % _TICKS_PER_REFRESH:
             return
-        done = round(view.progress * 20)
-        bar = "█" * done + "·" * (20 - done)
+        done = round(view.progress * _BAR_CELLS)
+        bar = self._bar[0] * done + self._bar[1] * (_BAR_CELLS - done)
         line = (
-            f"  {bar} {view.progress:4.0%}  {view.phase:<9} "
-            f"error {view.tracking_error_m * 1e3:6.1f} mm  tilt {view.tilt_deg:4.1f}°"
+            f"  {bar} {view.progress:4.0%}  {view.phase:<8} error "
+            f"{view.tracking_error_m * 1e3:6.1f} mm  tilt {view.tilt_deg:4.1f}°"
         )
-        self._live.update(Text(line, style="yellow" if view.fallback else ""))
+        if view.fallback:
+            line += f"  {view.fallback}"
+        self._line = line[: self._console.width - 1]
+        if view.fallback and self._has_colour:
+            self._line = _YELLOW + self._line + _PLAIN
+        self._write(_CLEAR_LINE + self._line)
 
     def message(self, severity: str, text: str) -> None:
         """One line for a warning or an error; for other messages only when verbose."""
         if severity != "info" or self._verbose:
-            self._console.print(Text(f"  {severity}: {text}", style=_COLOURS.get(severity, "")))
+            said = Text(self._time())
+            said.append(f"{severity}: {text}", style=_COLOURS.get(severity, ""))
+            self._print(said)
 
+    def _time(self) -> str:
+        """Seconds since the first of these, by the clock of the flight: simulated in lockstep."""
+        try:
+            now = asyncio.get_running_loop().time()
+        except RuntimeError:
+            return " " * 10
+        if self._begun_s is None:
+            self._begun_s = now
+        return f"{now - self._begun_s:6.1f} s  "
 
-def result_table(result: dict[str, Any]) -> Table:
-    """The table at the end of a flight."""
-    table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_column(style="dim")
-    table.add_column()
-    outcome = str(result["outcome"])
-    colour = {"landed": "green", "refused": "red"}.get(outcome, "yellow")
-    table.add_row("outcome", Text(outcome, style=f"bold {colour}"))
-    if result["note"]:
-        table.add_row("", str(result["note"]))
-    table.add_row(
-        "flight",
-        f"trajectory {result['trajectory']}, {result['controller']}, {result['vehicle']}, "
-        + (f"wind {result['wind']}, seed {result['seed']}" if result["wind"] else "real"),
-    )
-    mean = result["mean_tracking_error_m"]
-    if mean is not None:
-        table.add_row(
-            "tracking error",
-            f"[bold]{mean * 1e3:.1f} mm[/] mean, {result['rms_tracking_error_m'] * 1e3:.1f} rms, "
-            f"{result['max_tracking_error_m'] * 1e3:.1f} max, against {result['error_against']}",
-        )
-        reported = result["reported_mean_tracking_error_m"]
-        if reported is not None:
-            table.add_row("", f"{reported * 1e3:.1f} mm mean as reported by the autopilot")
-    if result["fan_or_wind_peak_accel_m_s2"]:
-        table.add_row("wind", f"at most {result['fan_or_wind_peak_accel_m_s2']:.2f} m/s²")
-    table.add_row(
-        "control",
-        f"{result['ticks']} ticks, {result['missed_deadlines']} deadlines missed, "
-        f"{result['fallbacks']} on a fallback",
-    )
-    latency, noise = result["latency_ms"], result["timer_noise_ms"]
-    if latency is not None:
-        table.add_row(
-            "latency",
-            f"{latency['p50']:.2f} ms median, {latency['p99']:.2f} p99, {latency['max']:.2f} max"
-            + (f" (timers of this machine: {noise['p99']:.2f} p99)" if noise else ""),
-        )
-    ratio = result["flight_s"] / result["wall_s"] if result["wall_s"] else 0.0
-    table.add_row(
-        "time", f"{result['flight_s']:.1f} s flown in {result['wall_s']:.1f} s ({ratio:.1f} ×)"
-    )
-    if result["log_dir"]:
-        table.add_row("log", str(result["log_dir"]))
-    return table
+    def _print(self, text: Text) -> None:
+        """A line of its own, above the live line; what is not for a terminal is not wrapped."""
+        self._clear()
+        self._console.print(text, soft_wrap=not self._console.is_terminal)
+        if self._line:
+            self._write(self._line)
+
+    def _clear(self) -> None:
+        if self._line:
+            self._write(_CLEAR_LINE)
+
+    def _write(self, text: str) -> None:
+        self._console.file.write(text)
+        self._console.file.flush()

@@ -1,0 +1,59 @@
+"""What becomes of a flight's logs right after it: figures, picture, `result.json`."""
+
+from pathlib import Path
+from typing import Any
+
+from mcap.exceptions import McapError
+
+from companion.config.resolve import FlightConfig
+from companion.flight.conduct import Outcome
+from companion.report.flight_data import FlightData, read_flight
+from companion.report.metrics import tracking_figures
+from companion.report.result import result_object, write_result
+
+
+def score_and_draw(
+    config: FlightConfig, outcome: Outcome, folder: Path, wall_s: float
+) -> tuple[dict[str, Any], str | None]:
+    """Make the result and write it beside the logs, with `track.png`.
+
+    Whatever is wrong with the files (a full disk, say), the flight was flown and has a result.
+
+    Args:
+        config: mission, vehicle, controller.
+        outcome: of the flight.
+        folder: of its logs.
+        wall_s: how long the flight took.
+
+    Returns:
+        The result, and what could not be read or written, if anything.
+    """
+    figures = None
+    trouble: Exception | None = None
+    if outcome.scored_s is not None:
+        try:
+            data = read_flight(folder)
+            figures = tracking_figures(data, outcome.scored_s)
+            _draw(config, data, outcome.scored_s, folder)
+        except (OSError, ValueError, McapError) as error:
+            trouble = error
+    result = result_object(
+        config.mission, outcome, figures, wall_s=wall_s, log_dir=folder.resolve()
+    )
+    try:
+        write_result(folder, result)
+    except OSError as error:
+        trouble = error
+    return result, None if trouble is None else str(trouble)
+
+
+def _draw(
+    config: FlightConfig, data: FlightData, scored_s: tuple[float, float], folder: Path
+) -> None:
+    from companion.report.figure import draw_flight
+
+    mission = config.mission
+    title = f"Trajectory {mission.trajectory}, {mission.controller}, {mission.vehicle}"
+    if mission.connect is None:
+        title += f", wind {mission.wind}, seed {mission.seed}"
+    draw_flight(data, scored_s, title, folder / "track.png", config.vehicle.tilt_limit_deg)

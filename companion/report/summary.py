@@ -1,0 +1,100 @@
+"""The table at the end of a flight."""
+
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+_COLOURS = {"landed": "green", "refused": "red", "aborted": "yellow"}
+_LABEL_CELLS = 14
+
+
+def print_summary(console: Console, result: dict[str, Any]) -> None:
+    """Print a result as a table, and below it where the flight's files are.
+
+    Args:
+        console: where to; without a terminal nothing is wrapped, and paths never are.  On one, the
+            reason of a refusal or an abort stands above already, as an error.
+        result: as `result_object` makes it.
+    """
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_column(style="dim", no_wrap=True, min_width=_LABEL_CELLS)
+    table.add_column()
+    said_already = console.is_terminal and result["outcome"] != "landed"
+    for name, value in _rows(result, with_note=not said_already):
+        table.add_row(name, value)
+    console.print(table, width=console.width if console.is_terminal else 1000)
+    if result["log_dir"]:
+        where = Text(f"{'files':<{_LABEL_CELLS}}  ", style="dim")
+        where.append(_from_here(Path(result["log_dir"])), style="not dim")
+        console.print(where, soft_wrap=True)
+
+
+def _rows(result: dict[str, Any], *, with_note: bool) -> list[tuple[str, Text]]:
+    outcome = str(result["outcome"])
+    said = Text(outcome, style=f"bold {_COLOURS.get(outcome, '')}".strip())
+    if outcome == "landed" and not result["completed"]:
+        said.append(", the trajectory was not flown to its end", style="yellow")
+    rows = [("outcome", said)]
+    if result["note"] and with_note:
+        rows.append(("", Text(result["note"])))
+    weather = "a real vehicle" if result["wind"] is None else f"wind {result['wind']}"
+    seed = "" if result["seed"] is None else f", seed {result['seed']}"
+    flown = f"trajectory {result['trajectory']}, {result['controller']}, {result['vehicle']}"
+    rows.append(("flight", Text(f"{flown}, {weather}{seed}")))
+    rows += _error_rows(result)
+    if result["fan_or_wind_peak_accel_m_s2"]:
+        push = f"pushed with {result['fan_or_wind_peak_accel_m_s2']:.2f} m/s² at most"
+        rows.append(("wind", Text(push)))
+    if result["ticks"]:
+        rows.append(("control", _control(result)))
+    latency, noise = result["latency_ms"], result["timer_noise_ms"]
+    if latency is not None:
+        text = f"p50 {_ms(latency['p50'])}, p99 {_ms(latency['p99'])}, max {_ms(latency['max'])} ms"
+        if noise is not None:
+            text += f"; timers of this machine: p99 {_ms(noise['p99'])} ms"
+        rows.append(("latency", Text(text)))
+    if result["flight_s"]:
+        ratio = result["flight_s"] / result["wall_s"] if result["wall_s"] else 0.0
+        text = f"{result['flight_s']:.1f} s flown in {result['wall_s']:.1f} s ({ratio:.1f} ×)"
+        rows.append(("time", Text(text)))
+    return rows
+
+
+def _error_rows(result: dict[str, Any]) -> list[tuple[str, Text]]:
+    mean = result["mean_tracking_error_m"]
+    if mean is None:
+        return []
+    text = Text(f"{mean * 1e3:.1f} mm", style="bold")
+    text.append(
+        f" mean, {result['rms_tracking_error_m'] * 1e3:.1f} rms, "
+        f"{result['max_tracking_error_m'] * 1e3:.1f} max, against {result['error_against']}",
+        style="not bold",
+    )
+    rows = [("tracking error", text)]
+    reported = result["reported_mean_tracking_error_m"]
+    if reported is not None and result["error_against"] == "truth":
+        rows.append(("", Text(f"{reported * 1e3:.1f} mm mean, as the autopilot reported it")))
+    return rows
+
+
+def _control(result: dict[str, Any]) -> Text:
+    text = Text(f"{result['ticks']} ticks")
+    for count, what in (
+        (result["missed_deadlines"], "deadlines missed"),
+        (result["fallbacks"], "on a fallback"),
+    ):
+        text.append(f", {count} {what}", style="yellow" if count else "")
+    return text
+
+
+def _ms(value: float | None) -> str:
+    return "–" if value is None else f"{value:.2f}"
+
+
+def _from_here(folder: Path) -> str:
+    """The folder as one would type it here."""
+    here = Path.cwd()
+    return str(folder.relative_to(here)) if folder.is_relative_to(here) else str(folder)
