@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from dataclasses import dataclass
 
 from companion.mavlink.commands import Ack, Command, Result, result_name
 from companion.mavlink.exchange import Attempts, Patience, Verdict
@@ -33,6 +34,22 @@ class CommandExchange:
         """When to call `outgoing` next (loop time); infinity once there is a verdict."""
         return self._attempts.due_s if self.verdict is Verdict.PENDING else math.inf
 
+    @property
+    def begun(self) -> bool:
+        """True once it was sent."""
+        return self._attempts.made > 0
+
+    @property
+    def unanswered(self) -> int:
+        """Requests whose final acknowledgement has not come."""
+        judged = self.verdict in (Verdict.ACCEPTED, Verdict.REFUSED)
+        return self._attempts.made - judged
+
+    @property
+    def answers_until_s(self) -> float:
+        """Loop time after which no answer to its requests is expected any more."""
+        return self._attempts.asked_s + self._attempts.patience.timeout_s
+
     def outgoing(self, now_s: float) -> list[Outgoing]:
         """What to send now: the command, if it is due, or nothing."""
         if self.verdict is not Verdict.PENDING or not self._attempts.is_due(now_s):
@@ -45,11 +62,7 @@ class CommandExchange:
 
     def on_ack(self, now_s: float, ack: Ack) -> None:
         """Take an acknowledgement that came from the command's target."""
-        if (
-            self.verdict is not Verdict.PENDING
-            or ack.command_id != self.command.command_id
-            or self._attempts.made == 0
-        ):
+        if self.verdict is not Verdict.PENDING or not self._attempts.answered_by(ack, self.command):
             return
         self.result = ack.result
         if ack.result in _AT_IT:
@@ -76,17 +89,29 @@ class CommandExchange:
         self.explanation = explanation
 
 
+@dataclass(slots=True)
+class _Late:
+    """Acknowledgements that may still come for a command that has its verdict."""
+
+    count: int
+    until_s: float
+
+
 class CommandQueue:
     """Commands in order, one at a time: an acknowledgement names no more than the command's id.
 
     Several requests of the same id (message intervals, say) could not be told apart otherwise.
+    For the same reason a command waits until the one of its id before it has been answered as
+    often as it was sent, or until that answer is later than `Patience.timeout_s`: then it counts
+    as lost.  After a command that was sent once and answered, nothing waits.
     """
 
-    __slots__ = ("_patience", "_waiting")
+    __slots__ = ("_late", "_patience", "_waiting")
 
     def __init__(self, patience: Patience | None = None) -> None:
         self._patience = patience
         self._waiting: deque[CommandExchange] = deque()
+        self._late: dict[int, _Late] = {}
 
     def submit(self, command: Command) -> CommandExchange:
         """Put a command at the end of the queue; the exchange tells its verdict later."""
@@ -104,23 +129,48 @@ class CommandQueue:
     def due_s(self) -> float:
         """When to call `outgoing` next (loop time)."""
         self._drop_finished()
-        return self._waiting[0].due_s if self._waiting else math.inf
+        if not self._waiting:
+            return math.inf
+        first = self._waiting[0]
+        late = self._late.get(first.command.command_id)
+        return first.due_s if late is None else max(first.due_s, late.until_s)
 
     def outgoing(self, now_s: float) -> list[Outgoing]:
         """What to send now."""
+        self._drop_finished()
         while self._waiting:
-            packets = self._waiting[0].outgoing(now_s)
-            if self._waiting[0].verdict is Verdict.PENDING:
+            first = self._waiting[0]
+            if self._is_held(first, now_s):
+                return []
+            packets = first.outgoing(now_s)
+            if first.verdict is Verdict.PENDING:
                 return packets
-            self._waiting.popleft()
+            self._drop_finished()
         return []
 
     def on_ack(self, now_s: float, ack: Ack) -> None:
         """Take an acknowledgement from the commands' target."""
         self._drop_finished()
+        late = self._late.get(ack.command_id)
+        if late is not None and ack.result not in _AT_IT:
+            late.count -= 1
+            if late.count == 0:
+                del self._late[ack.command_id]
         if self._waiting:
-            self._waiting[0].on_ack(now_s, ack)
+            self._waiting[0].on_ack(now_s, ack)  # does not take it while it is held: not sent yet
+
+    def _is_held(self, exchange: CommandExchange, now_s: float) -> bool:
+        """True while an acknowledgement could be the last command's of the same id."""
+        late = self._late.get(exchange.command.command_id)
+        if late is None:
+            return False
+        if now_s < late.until_s:
+            return True
+        del self._late[exchange.command.command_id]
+        return False
 
     def _drop_finished(self) -> None:
         while self._waiting and self._waiting[0].verdict is not Verdict.PENDING:
-            self._waiting.popleft()
+            done = self._waiting.popleft()
+            if done.begun and done.unanswered > 0:
+                self._late[done.command.command_id] = _Late(done.unanswered, done.answers_until_s)

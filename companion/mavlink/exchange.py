@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from companion.mavlink.commands import Ack, Command
+
 
 class Verdict(Enum):
     """How an exchange stands."""
@@ -29,11 +31,13 @@ class Patience:
 class Attempts:
     """Counts requests and knows when the next is due."""
 
-    __slots__ = ("_due_s", "made", "patience")
+    __slots__ = ("_due_s", "asked_s", "made", "patience")
 
     def __init__(self, patience: Patience) -> None:
         self.patience = patience
         self.made = 0
+        self.asked_s = -math.inf
+        """When the last request was made."""
         self._due_s = -math.inf
 
     @property
@@ -53,7 +57,12 @@ class Attempts:
     def note_request(self, now_s: float) -> None:
         """Count a request and wait for its answer."""
         self.made += 1
+        self.asked_s = now_s
         self._due_s = now_s + self.patience.timeout_s
+
+    def answered_by(self, ack: Ack, command: Command) -> bool:
+        """True if an acknowledgement may be one of these requests' for the command."""
+        return self.made > 0 and ack.command_id == command.command_id
 
     def wait(self, until_s: float) -> None:
         """Wait for something until then, instead of asking again."""

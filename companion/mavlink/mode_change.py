@@ -75,11 +75,7 @@ class ModeChange:
 
     def on_ack(self, now_s: float, ack: Ack) -> None:
         """Take an acknowledgement: 0 is noted and proves nothing, anything else refuses."""
-        if (
-            self.verdict is not Verdict.PENDING
-            or ack.command_id != self.command.command_id
-            or self._attempts.made == 0
-        ):
+        if self.verdict is not Verdict.PENDING or not self._attempts.answered_by(ack, self.command):
             return
         self.result = ack.result
         if ack.result in (Result.ACCEPTED, Result.IN_PROGRESS):

@@ -4,6 +4,10 @@ Protocol: https://mavlink.io/en/services/timesync.html.  We send our time, the a
 back with its own.  Half the round trip is taken for each way.  A straight line through the last
 exchanges, those with short round trips weighing most, gives offset and rate: an autopilot in a
 simulation may run anywhere between 0.9 and 20 times as fast as our clock.
+
+Delays that vary tilt the line, most of all while it is short.  So the rate is the one nearest to 1
+that the exchanges allow: at first, each may be wrong by half its round trip; once they span two
+seconds, by what its round trip has over the shortest one.
 """
 
 import math
@@ -18,8 +22,14 @@ _WIRE = struct.Struct("<qq")
 _KEPT = 32
 _OUTSTANDING = 16
 _ENOUGH = 3
+_ENOUGH_SPAN_S = 0.5
+_LONG_SPAN_S = 2.0
 _SLOWEST_ANSWER_S = 1.0
 _JITTER_FLOOR_S = 2.0e-4
+_SIGMAS = 1.5
+"""How much of the expected error of a long line is taken for possible."""
+_JITTER_SHARE = 0.3
+"""Of the usual lateness: equally short round trips may be shared differently by both ways."""
 _JUMP_S = 0.5
 _JUMPS_TO_BELIEVE = 3
 _BURST = 10
@@ -61,17 +71,12 @@ class ClockEstimator:
     @property
     def valid(self) -> bool:
         """True once enough exchanges agree for `autopilot_time` to mean something."""
-        return len(self._samples) >= _ENOUGH
+        return len(self._samples) >= _ENOUGH and self._span_s >= _ENOUGH_SPAN_S
 
     @property
     def rate(self) -> float:
         """Seconds of the autopilot's clock per second of ours."""
         return self._rate
-
-    @property
-    def offset_s(self) -> float:
-        """The autopilot's clock less ours, at the last exchange."""
-        return self._anchor_autopilot_s - self._anchor_s
 
     @property
     def round_trip_s(self) -> float:
@@ -123,25 +128,41 @@ class ClockEstimator:
         self._samples.append(sample)
         self._fit()
 
+    @property
+    def _span_s(self) -> float:
+        """Our time from the first sample to the last; there must be one."""
+        return self._samples[-1].middle_s - self._samples[0].middle_s
+
     def _fit(self) -> None:
         """Weighted straight line through the samples, anchored at the newest one's time."""
-        shortest_s = self.round_trip_s
+        round_trips_s = sorted(sample.round_trip_s for sample in self._samples)
+        shortest_s = round_trips_s[0]
+        usual_s = round_trips_s[len(round_trips_s) // 2]
+        floor_s = _JITTER_FLOOR_S + _JITTER_SHARE * (usual_s - shortest_s)
+        short = self._span_s < _LONG_SPAN_S
         newest = self._samples[-1]
         weight_sum = x_sum = y_sum = 0.0
-        points: list[tuple[float, float, float]] = []
+        points: list[tuple[float, float, float, float]] = []
         for sample in self._samples:
-            late_s = sample.round_trip_s - shortest_s + _JITTER_FLOOR_S
-            weight = (_JITTER_FLOOR_S / late_s) ** 2
+            late_s = sample.round_trip_s - shortest_s + floor_s
+            weight = (floor_s / late_s) ** 2
+            doubt_s = sample.round_trip_s if short else late_s
             x = sample.middle_s - newest.middle_s
             y = sample.autopilot_s - newest.autopilot_s
-            points.append((weight, x, y))
+            points.append((weight, x, y, 0.5 * doubt_s))
             weight_sum += weight
             x_sum += weight * x
             y_sum += weight * y
         x_mean, y_mean = x_sum / weight_sum, y_sum / weight_sum
-        covariance = sum(w * (x - x_mean) * (y - y_mean) for w, x, y in points)
-        variance = sum(w * (x - x_mean) ** 2 for w, x, _ in points)
+        covariance = sum(w * (x - x_mean) * (y - y_mean) for w, x, y, _ in points)
+        variance = sum(w * (x - x_mean) ** 2 for w, x, _, _ in points)
+        self._rate = 1.0
         if variance > 0.0:
-            self._rate = covariance / variance
+            fitted = covariance / variance
+            doubts = [w * abs(x - x_mean) * d for w, x, _, d in points]
+            # A few may well err all the same way; many do not.
+            doubt = (sum(doubts) if short else _SIGMAS * math.hypot(*doubts)) / variance
+            lowest, highest = fitted * (1.0 - doubt), fitted * (1.0 + doubt)
+            self._rate = min(max(1.0, lowest), highest)
         self._anchor_s = newest.middle_s
         self._anchor_autopilot_s = newest.autopilot_s + y_mean - self._rate * x_mean

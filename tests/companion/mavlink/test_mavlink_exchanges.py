@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from companion.mavlink.codec import Packer, decode, encode
 from companion.mavlink.command_exchange import CommandExchange, CommandQueue
-from companion.mavlink.commands import Ack, arm, message_interval
+from companion.mavlink.commands import Ack, arm, disarm, message_interval
 from companion.mavlink.dialects.base import ParameterEncoding
 from companion.mavlink.dialects.px4 import Px4
 from companion.mavlink.exchange import Patience, Verdict
@@ -135,6 +135,62 @@ class TestQueue:
             assert sent(queue.outgoing(t)[0]).param1 == 148
         assert [sent(o).param1 for o in queue.outgoing(1.5)] == [242]
         assert first.verdict is Verdict.TIMED_OUT
+
+    def repeated(self):
+        """A queue whose first command was sent at 0 and 0.5 s and answered at 0.55 s."""
+        queue = CommandQueue(PATIENCE)
+        first = queue.submit(message_interval(TARGET, 331, 0.01))
+        second = queue.submit(message_interval(TARGET, 436, 0.1))
+        assert [len(queue.outgoing(t)) for t in (0.0, 0.5)] == [1, 1]
+        queue.on_ack(0.55, Ack(511, 0))
+        assert first.verdict is Verdict.ACCEPTED
+        return queue, second
+
+    def test_the_answer_to_a_repetition_is_not_taken_for_the_next_commands(self):
+        queue, second = self.repeated()
+
+        assert queue.outgoing(0.55) == []
+        queue.on_ack(0.57, Ack(511, 0))
+        assert second.verdict is Verdict.PENDING
+        assert [sent(o).param1 for o in queue.outgoing(0.57)] == [436]
+        queue.on_ack(0.58, Ack(511, 3))
+
+        assert second.verdict is Verdict.REFUSED
+        assert queue.idle
+
+    def test_an_answer_to_a_repetition_that_never_comes_holds_the_next_command_for_a_moment(self):
+        queue, second = self.repeated()
+
+        assert queue.outgoing(0.99) == []
+        assert queue.due_s == 1.0
+        assert [sent(o).param1 for o in queue.outgoing(1.0)] == [436]
+        queue.on_ack(1.01, Ack(511, 0))
+
+        assert second.verdict is Verdict.ACCEPTED
+        queue.submit(message_interval(TARGET, 245, 0.1))
+        assert len(queue.outgoing(1.01)) == 1, "one lost packet costs one wait"
+
+    def test_a_repetition_holds_no_command_of_another_id(self):
+        queue = CommandQueue(PATIENCE)
+        queue.submit(message_interval(TARGET, 331, 0.01))
+        queue.submit(arm(TARGET))
+        queue.outgoing(0.0)
+        queue.outgoing(0.5)
+        queue.on_ack(0.55, Ack(511, 0))
+
+        assert sent(queue.outgoing(0.55)[0]).command == 400
+
+    def test_the_answer_to_a_command_that_was_dropped_is_not_the_next_ones(self):
+        queue = CommandQueue(PATIENCE)
+        dropped = queue.submit(arm(TARGET))
+        queue.outgoing(0.0)
+        dropped.verdict = Verdict.TIMED_OUT
+        second = queue.submit(disarm(TARGET))
+
+        assert queue.outgoing(0.01) == []
+        queue.on_ack(0.02, Ack(400, 0))
+        assert len(queue.outgoing(0.02)) == 1
+        assert second.verdict is Verdict.PENDING
 
 
 class TestModeChange:
