@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Protocol
 
 from companion.mavlink.commands import Command
@@ -38,13 +37,6 @@ class HandOver:
     """What the vehicle then does, for a person."""
 
 
-class ParameterEncoding(Enum):
-    """How integer parameters travel in PARAM_VALUE's float."""
-
-    BYTEWISE = "bytewise"
-    C_CAST = "c cast"
-
-
 class AutopilotDialect(Protocol):
     """Everything the flight needs to know about one kind of autopilot."""
 
@@ -59,10 +51,6 @@ class AutopilotDialect(Protocol):
     @property
     def streams(self) -> Sequence[Stream]:
         """What to ask for."""
-
-    @property
-    def parameter_encoding(self) -> ParameterEncoding:
-        """How integers travel."""
 
     @property
     def hand_over(self) -> HandOver:
