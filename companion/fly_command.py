@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from rich.console import Console
 
@@ -32,6 +32,7 @@ from companion.trajectories.from_file import TrajectoryFileError
 from companion.trajectories.trajectory import Trajectory
 
 _R_MAX_WARNING_SHARE = 0.5
+_WIDE = 1000
 
 
 class BadInputError(Exception):
@@ -58,7 +59,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     Raises:
         BadInputError: nothing was started.
     """
-    console = Console(stderr=True, highlight=False)
+    console = _console(sys.stderr)
     try:
         config = load_flight(request.mission_file, request.overrides, _settings(request.settings))
         trajectory = make_trajectory(config.mission)
@@ -234,4 +235,10 @@ def _tell(result: dict[str, Any], request: FlyRequest) -> None:
     if request.json_output:
         sys.stdout.write(json.dumps(result, allow_nan=False) + "\n")
     else:
-        print_summary(Console(highlight=False), result)
+        print_summary(_console(sys.stdout), result)
+
+
+def _console(stream: TextIO) -> Console:
+    """What is not for a terminal is not wrapped."""
+    width = None if stream.isatty() else _WIDE
+    return Console(file=stream, highlight=False, width=width)

@@ -40,8 +40,11 @@ def _sentence(model: type[BaseModel], source: Source, fault: dict[str, Any]) -> 
         return f"{where}: '{'.'.join(path[:-1])}' has too few entries. Give one for each axis."
     if fault["type"] == "missing":
         return f"{where}: key '{key}' is missing. Add it."
+    if fault["type"] in ("model_type", "model_attributes_type"):
+        given = _shown(fault.get("input"))
+        return f"{where}: '{key}': keys with values are expected below it (given: {given})."
     text = str(fault["msg"]).removeprefix("Value error, ")
-    text = text[0].lower() + text[1:]
+    text = (text[0].lower() + text[1:]).replace("tuple", "list")  # which it is in YAML
     given = f" (given: {_shown(fault.get('input'))})" if path else ""
     return f"{where}: {f'{key!r}: ' if path else ''}{text}{given}.{_remedy(fault)}"
 

@@ -79,7 +79,9 @@ def parse_yaml(text: str, name: str) -> Source:
     return Source(name, data, lines)
 
 
-def _parsed(text: str, name: str) -> tuple[Any, dict[tuple[str, ...], int]]:
+def _parsed(
+    text: str, name: str, *, with_line: bool = True
+) -> tuple[Any, dict[tuple[str, ...], int]]:
     try:
         if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
             raise ConfigError(f"{name}: YAML aliases (*name) are not taken; write the value out.")
@@ -91,7 +93,7 @@ def _parsed(text: str, name: str) -> tuple[Any, dict[tuple[str, ...], int]]:
         raise
     except _PARSE_ERRORS as error:
         mark = getattr(error, "problem_mark", None)
-        where = f", line {mark.line + 1}" if mark is not None else ""
+        where = f", line {mark.line + 1}" if mark is not None and with_line else ""
         problem = getattr(error, "problem", None) or str(error) or type(error).__name__
         raise ConfigError(f"{name}{where}: not YAML: {problem}.") from error
     return data, lines
@@ -154,7 +156,7 @@ def with_settings(source: Source, settings: Mapping[str, str], prefix: str = "")
             if not isinstance(inner, dict):
                 raise ConfigError(f"{option}: '{parent}' has no keys below it.")
             target = inner
-        target[last] = _parsed(text, f"{option}={text}")[0]
+        target[last] = _parsed(text, f"{option}={text}", with_line=False)[0]
         options[(*parents, last)] = option
     return Source(source.name, data, source.lines, options)
 

@@ -214,7 +214,8 @@ def _smooth(values: Array) -> Array:
 def _draw_computing(axes: Axes, data: FlightData, span: _Span) -> None:
     ticks = data.ticks
     time = ticks.time_s - span.begin_s
-    inner = ticks.plan == ""
+    timed = ticks.computed_us > 0.0  # not so where nothing was computed; the scale has no 0
+    inner = timed & (ticks.plan == "")
     axes.semilogy(
         time[inner], ticks.computed_us[inner], ".", ms=1.5, color="#95a5a6", label="L1 only"
     )
@@ -226,6 +227,7 @@ def _draw_computing(axes: Axes, data: FlightData, span: _Span) -> None:
     }
     for kind, use in kinds.items():
         colour, label = _PLAN_LOOKS[kind]
+        use = use & timed
         if use.any():
             axes.semilogy(time[use], ticks.computed_us[use], ".", ms=2, color=colour, label=label)
     _caption(axes, "computing time of a tick, µs")

@@ -15,8 +15,8 @@ def print_summary(console: Console, result: dict[str, Any]) -> None:
     """Print a result as a table, and below it where the flight's files are.
 
     Args:
-        console: where to; without a terminal nothing is wrapped, and paths never are.  On one, the
-            reason of a refusal or an abort stands above already, as an error.
+        console: where to.  On a terminal the reason of a refusal or an abort stands above already,
+            as an error.
         result: as `result_object` makes it.
     """
     table = Table(show_header=False, box=None, pad_edge=False)
@@ -25,7 +25,7 @@ def print_summary(console: Console, result: dict[str, Any]) -> None:
     said_already = console.is_terminal and result["outcome"] != "landed"
     for name, value in _rows(result, with_note=not said_already):
         table.add_row(name, value)
-    console.print(table, width=console.width if console.is_terminal else 1000)
+    console.print(table)
     if result["log_dir"]:
         where = Text(f"{'files':<{_LABEL_CELLS}}  ", style="dim")
         where.append(_from_here(Path(result["log_dir"])), style="not dim")
@@ -54,7 +54,7 @@ def _rows(result: dict[str, Any], *, with_note: bool) -> list[tuple[str, Text]]:
     if latency is not None:
         text = f"p50 {_ms(latency['p50'])}, p99 {_ms(latency['p99'])}, max {_ms(latency['max'])} ms"
         if noise is not None:
-            text += f"; timers of this machine: p99 {_ms(noise['p99'])} ms"
+            text += f" (machine's timers: p99 {_ms(noise['p99'])})"
         rows.append(("latency", Text(text)))
     if result["flight_s"]:
         ratio = result["flight_s"] / result["wall_s"] if result["wall_s"] else 0.0

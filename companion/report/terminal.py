@@ -10,7 +10,7 @@ from companion.flight.observer import TickView
 
 _COLOURS = {"info": "cyan", "warning": "yellow", "error": "bold red"}
 _TICKS_PER_REFRESH = 20
-_BAR_CELLS = 16
+_BAR_CELLS = 12
 _CLEAR_LINE = "\r\x1b[2K"
 _YELLOW, _PLAIN = "\x1b[33m", "\x1b[0m"
 

@@ -1,12 +1,13 @@
 """The program as it is started."""
 
+import os
 import subprocess
 import sys
 
 import pytest
 
 
-def companion(*arguments, cwd):
+def companion(*arguments, cwd, **environment):
     return subprocess.run(
         [sys.executable, "-m", "companion", *arguments],
         capture_output=True,
@@ -14,6 +15,7 @@ def companion(*arguments, cwd):
         cwd=cwd,
         timeout=60,
         check=False,
+        env=os.environ | environment,
     )
 
 
@@ -57,3 +59,24 @@ def test_a_word_to_a_flight_that_is_not_there(command, tmp_path):
     done = companion(command, "--pid", "4194304", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: ")
+
+
+def test_what_the_shim_refuses_is_bad_input_over_udp_too(tmp_path):
+    (tmp_path / "s.yaml").write_text("name: x\nwinds: [{kind: storm}]\n")
+
+    done = companion("fly", "--wind", "s.yaml", "--out", "flight", cwd=tmp_path)
+
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: scenario file ")
+    assert "line 2: 'winds.0'" in done.stderr
+    assert not (tmp_path / "flight").exists()
+
+
+def test_what_ascii_can_not_say_ends_nothing(tmp_path):
+    arguments = ("--traj", "2", "--lockstep", "--set", "vehicle.acceleration_limit_m_s2=0.5")
+
+    done = companion("fly", *arguments, cwd=tmp_path, PYTHONIOENCODING="ascii")
+
+    assert done.returncode == 3
+    assert "limit is 0.5 m/s?." in done.stderr
+    assert len(done.stderr.splitlines()) == 1

@@ -66,11 +66,11 @@ def test_an_unknown_key_like_no_other_is_told_with_all_that_there_are():
         ("seed: true", "'seed': input should be a valid integer (given: True)"),
         ("seed: 1.0", "'seed': input should be a valid integer (given: 1.0)"),
         ("vehicle: 500", "'vehicle': input should be a valid string (given: 500). Write it in"),
-        ("geofence: 3", "line 1: 'geofence': input should be a valid dictionary"),
+        ("geofence: 3", "line 1: 'geofence': keys with values are expected"),
         ("origin_enu_m: [0, 0]", "line 1: 'origin_enu_m' has too few entries."),
-        ("origin_enu_m: [0, 0, 0, 0]", "'origin_enu_m': tuple should have at most 3 items"),
+        ("origin_enu_m: [0, 0, 0, 0]", "'origin_enu_m': list should have at most 3 items"),
         ("origin_enu_m:\n- 0\n- x\n- 0", "line 3: 'origin_enu_m.1': input should be a valid num"),
-        ("origin_enu_m: up", "'origin_enu_m': input should be a valid tuple"),
+        ("origin_enu_m: up", "'origin_enu_m': input should be a valid list"),
     ],
 )
 def test_a_wrong_type_is_never_bent_into_a_right_one(text, says):
@@ -217,7 +217,7 @@ def test_set_reaches_mission_controller_and_vehicle():
         ("vehicle.name.x", "1", "--set vehicle.name.x: 'name' has no keys below it"),
         ("vehicle.minimum_thrust", "0.9", "with --set vehicle.minimum_thrust: minimum_thrust < "),
         ("geofence.low_m", "[9, 0, 0]", "with --set geofence.low_m: 'geofence': low_m must be"),
-        ("hover_s", "[", "--set hover_s=[, line 1: not YAML"),
+        ("hover_s", "[", "--set hover_s=[: not YAML"),
         ("hover_s", "&a [*a]", "--set hover_s=&a [*a]: YAML aliases"),
         ("a..b", "1", "--set a..b: unknown key 'a'"),
     ],
