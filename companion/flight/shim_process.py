@@ -92,6 +92,8 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
+        # A terminal's Ctrl-C goes to the whole group: the vehicle must outlive it, to land.
+        start_new_session=True,
     )
     try:
         await _until_ready(process)

@@ -39,7 +39,12 @@ class Flight:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            start_new_session=True,
         )
+
+    def press_ctrl_c(self):
+        """As a terminal does: to the whole process group, not to the one process."""
+        os.killpg(self.process.pid, signal.SIGINT)
 
     def children(self):
         pid = self.process.pid
@@ -164,7 +169,7 @@ def test_ctrl_c_lands_and_a_command_from_outside_reaches_the_flight(start, tmp_p
     )
     assert answer.returncode == 0
     assert "taken" in answer.stdout
-    flight.process.send_signal(signal.SIGINT)
+    flight.press_ctrl_c()
     result, _ = flight.end()
     assert flight.process.returncode == 0
     assert result["outcome"] == "landed"
