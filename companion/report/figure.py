@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from companion.report.figure_path import draw_path
+from companion.report.figure_phases import name_phases, phases
 from companion.report.flight_data import Array, FlightData
 from companion.report.metrics import reported_error, true_error
 
@@ -18,7 +19,7 @@ _PLAN_LOOKS = {
     "fallback": (_TROUBLE, "MPC, fallback plan"),
 }
 _SMOOTH_TICKS = 25
-"""Samples of the moving average that is drawn over the noise of ỹ."""
+"""Samples of the moving average of ỹ, and of the range that is drawn under it."""
 
 Axes = Any
 """matplotlib's; it is imported only when something is drawn."""
@@ -98,6 +99,8 @@ def _prepare(axes: Axes, data: FlightData, span: _Span) -> None:
     times = data.ticks.time_s
     if len(times) > 1:
         axes.set_xlim(times[0] - span.begin_s, times[-1] - span.begin_s)
+    for begin, _, _ in phases(data):
+        axes.axvline(begin - span.begin_s, color="#808b96", lw=0.7, ls=":", zorder=0.5)
     for begin, end in _stretches(times, data.ticks.on_fallback):
         axes.axvspan(begin - span.begin_s, end - span.begin_s, color="#f5b7b1", zorder=-4)
 
@@ -169,6 +172,10 @@ def _draw_tilt(axes: Axes, data: FlightData, span: _Span, limit_deg: float | Non
     if limit_deg is not None:
         for sign, label in ((1.0, "vehicle's limit"), (-1.0, None)):
             axes.axhline(sign * limit_deg, color="k", lw=0.9, ls="--", label=label)
+    tilts = np.degrees(np.abs(np.concatenate([ticks.roll_rad, ticks.pitch_rad])))
+    reach = max([limit_deg or 1.0, *tilts[np.isfinite(tilts)].tolist()])
+    axes.set_ylim(-1.5 * reach, 1.2 * reach)  # room below for the names of the phases
+    name_phases(axes, data, span.begin_s)
     _caption(axes, "commanded tilt, °")
 
 
@@ -186,7 +193,7 @@ def _draw_adaptation(y_tilde: Axes, sigma: Axes, data: FlightData, span: _Span) 
     for k, name in enumerate("xyz"):
         colour = _AXIS_COLOURS[k]
         noisy = ticks.y_tilde_m_s[:, k] * 1e3
-        y_tilde.plot(time, noisy, color=colour, lw=0.4, alpha=0.25)
+        y_tilde.fill_between(*_envelope(time, noisy), color=colour, alpha=0.18, lw=0)
         y_tilde.plot(time, _smooth(noisy), color=colour, lw=1.1, label=name)
         sigma.plot(time, ticks.sigma_hat[:, k], color=colour, lw=0.9, label=name)
     known = np.abs(ticks.y_tilde_m_s[span.contains(ticks.time_s)] * 1e3)
@@ -194,8 +201,16 @@ def _draw_adaptation(y_tilde: Axes, sigma: Axes, data: FlightData, span: _Span) 
     if len(known):
         reach = 1.1 * max(1.0, float(np.percentile(known, 99.5)))
         y_tilde.set_ylim(-reach, reach)
-    _caption(y_tilde, "ỹ: error of the predicted velocity, mm/s (bold: mean over 0.25 s)")
+    _caption(y_tilde, "ỹ: error of the predicted velocity, mm/s (mean and range of 0.25 s)")
     _caption(sigma, "σ̂: adaptive estimate, in the units of u (x, y: –, z: m/s)")
+
+
+def _envelope(times_s: Array, values: Array) -> tuple[Array, Array, Array]:
+    """Middle, least and greatest of each few samples; those with a missing value are left out."""
+    count = len(values) // _SMOOTH_TICKS * _SMOOTH_TICKS
+    blocks = values[:count].reshape(-1, _SMOOTH_TICKS)
+    middles = times_s[:count].reshape(-1, _SMOOTH_TICKS)[:, _SMOOTH_TICKS // 2]
+    return middles, blocks.min(axis=1), blocks.max(axis=1)
 
 
 def _smooth(values: Array) -> Array:

@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 _MAVLINK_2 = 0xFD
 _COMPONENT_OFFSET = 6
 """Place of the component id in a MAVLink 2 packet."""
+_MCAP_BEGINNING_BYTES = 8
+"""A file with less has not even its magic bytes: a full disk, or the end just after opening it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +44,8 @@ class Ticks:
     """Status of the outer controller's run at this tick; empty where it did not run."""
     on_fallback: NDArray[np.bool_]
     """What was sent at this tick was a fallback's."""
+    phase: NDArray[np.str_]
+    """Phase of the flight."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +75,8 @@ def read_flight(folder: Path) -> FlightData:
 def _read_ticks(path: Path) -> Ticks:
     records: list[dict[str, Any]] = []
     plans: dict[float, str] = {}
-    for record in read_records(path):
+    begun = path.stat().st_size >= _MCAP_BEGINNING_BYTES
+    for record in read_records(path) if begun else ():
         if record.topic == "control":
             records.append(record.values)
         elif record.topic == "plan":
@@ -97,6 +102,7 @@ def _read_ticks(path: Path) -> Ticks:
         computed_us=numbers("computed_us"),
         plan=np.array([plans.get(r["autopilot_time_s"], "") for r in records], dtype=str),
         on_fallback=np.array([bool(r["fallback"]) for r in records], dtype=bool),
+        phase=np.array([r["phase"] for r in records], dtype=str),
     )
 
 

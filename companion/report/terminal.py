@@ -60,12 +60,11 @@ class TerminalObserver:
             return
         done = round(view.progress * _BAR_CELLS)
         bar = self._bar[0] * done + self._bar[1] * (_BAR_CELLS - done)
+        last = view.fallback or f"tilt {view.tilt_deg:4.1f}°"
         line = (
-            f"  {bar} {view.progress:4.0%}  {view.phase:<8} error "
-            f"{view.tracking_error_m * 1e3:6.1f} mm  tilt {view.tilt_deg:4.1f}°"
+            f"{self._time()}{bar} {view.progress:4.0%}  {view.phase:<8} error "
+            f"{view.tracking_error_m * 1e3:6.1f} mm  {last}"
         )
-        if view.fallback:
-            line += f"  {view.fallback}"
         self._line = line[: self._console.width - 1]
         if view.fallback and self._has_colour:
             self._line = _YELLOW + self._line + _PLAIN

@@ -28,6 +28,7 @@ def make_ticks(times_s, position_m, desired_m, **changes):
         "computed_us": np.full(count, 80.0),
         "plan": np.array(["closed_form", "", ""] * count, dtype=str)[:count],
         "on_fallback": np.zeros(count, dtype=bool),
+        "phase": np.where(times_s < 5.0, "hover", np.where(times_s < 25.0, "track", "return")),
     }
     return Ticks(**(fields | changes))
 

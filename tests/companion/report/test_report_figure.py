@@ -55,18 +55,48 @@ def test_whatever_was_recorded_can_be_drawn(tmp_path, make, recwarn):
     assert [str(w.message) for w in recwarn] == []
 
 
-def test_the_error_is_drawn_on_the_scale_of_the_scored_part(tmp_path, monkeypatch):
+@pytest.fixture
+def drawn(monkeypatch):
+    """What is drawn, by the beginning of its caption."""
+    panels = {}
+
+    def keep(figure, *_, **__):
+        for axes in figure.axes:
+            panels[axes.get_title(loc="left").split(",")[0]] = axes
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", keep)
+    return panels
+
+
+def test_the_phases_are_named_where_there_is_room_and_silence_is_none_of_them(tmp_path, drawn):
+    data = whole()
+    names = data.ticks.phase.astype("U12")  # wide enough for every name below
+    names[1000:1100] = "silence"
+    names[2900:] = "settle"
+    data = FlightData(replace(data.ticks, phase=names), data.truth)
+
+    draw_flight(data, SCORED_S, "", tmp_path / "x.png")
+
+    said = [(text.get_text(), text.get_position()[0]) for text in drawn["commanded tilt"].texts]
+    assert [name for name, _ in said] == ["hover", "track", "return"]
+    assert [middle for _, middle in said] == pytest.approx([-2.5, 10.0, 22.0], abs=0.02)
+
+
+def test_solved_and_failed_plans_are_told_apart_by_their_colours(tmp_path, drawn):
+    draw_flight(in_trouble(), SCORED_S, "", tmp_path / "x.png")
+
+    lines = drawn["computing time of a tick"].get_lines()
+    kinds = {line.get_label(): line.get_color() for line in lines if line.get_label()[0] != "_"}
+    assert list(kinds) == ["L1 only", "MPC, closed form", "MPC, constraint active (QP)"]
+    assert len(set(kinds.values())) == len(kinds)
+
+
+def test_the_error_is_drawn_on_the_scale_of_the_scored_part(tmp_path, drawn):
     data = whole()
     position = data.ticks.position_enu_m.copy()
     position[:300] += 5.0  # the approach begins 9 m away
     ticks = replace(data.ticks, position_enu_m=position)
-    drawn = {}
 
-    def keep(figure, *_, **__):
-        for axes in figure.axes:
-            drawn[axes.get_title(loc="left").split(",")[0]] = axes
-
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", keep)
     draw_flight(FlightData(ticks, data.truth), SCORED_S, "", tmp_path / "x.png", 25.0)
 
     low, high = drawn["tracking error"].get_ylim()

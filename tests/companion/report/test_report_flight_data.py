@@ -13,6 +13,8 @@ from companion.mavlink.codec import Packer, encode
 from companion.mavlink.messages import COMPONENT_TRUTH
 from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, FlightLog
 from companion.report.flight_data import read_flight
+from companion.report.metrics import tracking_figures
+from tests.flights.bench import Bench
 
 NAN3 = (math.nan, math.nan, math.nan)
 
@@ -103,7 +105,7 @@ def test_what_is_missing_is_nan_and_what_was_a_fallback_is_marked(tmp_path):
     log.record(
         "control",
         0.1,
-        control(0.1, desired_enu_m=NAN3, roll_rad=math.nan, fallback="level"),
+        control(0.1, desired_enu_m=NAN3, roll_rad=math.nan, fallback="level", phase="silence"),
     )
     log.close()
 
@@ -112,6 +114,7 @@ def test_what_is_missing_is_nan_and_what_was_a_fallback_is_marked(tmp_path):
     assert np.isnan(ticks.desired_enu_m[1]).all()
     assert math.isnan(ticks.roll_rad[1])
     assert ticks.on_fallback.tolist() == [False, True]
+    assert ticks.phase.tolist() == ["", "silence"]
 
 
 def test_messages_that_only_look_like_the_wind_or_are_not_finite_are_left_out(tmp_path):
@@ -183,3 +186,37 @@ def test_logs_cut_off_anywhere_are_read_up_to_there(tmp_path, share):
         assert len(read) < len(recorded) or share > 0.67
         assert (read == recorded[: len(read)]).all()
     assert len(data.truth.time_s) >= int(len(whole.truth.time_s) * share) - 1
+
+
+@pytest.mark.parametrize("size", range(12))
+def test_files_of_a_few_bytes_hold_nothing(tmp_path, size):
+    record_flight(tmp_path, end_s=0.1)
+    for name in (MCAP_NAME, TLOG_NAME):
+        os.truncate(tmp_path / name, size)
+
+    data = read_flight(tmp_path)
+
+    assert (len(data.ticks.time_s), len(data.truth.time_s)) == (0, 0)
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """A short flight from arming to landing, through the simulator."""
+    return Bench(tmp_path_factory.mktemp("flown")).fly()
+
+
+def test_a_real_flight_is_read_scored_and_cut_off_anywhere(flown, tmp_path):
+    whole = read_flight(flown.folder)
+    begin_s, end_s = flown.outcome.scored_s
+    assert whole.ticks.time_s[0] < begin_s < end_s < whole.ticks.time_s[-1]
+    assert list(dict.fromkeys(whole.ticks.phase.tolist()))[1:4] == ["approach", "hover", "track"]
+    assert tracking_figures(whole, (begin_s, end_s)).against_truth.max_m < 0.1
+
+    random = np.random.default_rng(1)
+    for share in random.uniform(0.0, 1.0, 12):
+        for name in (MCAP_NAME, TLOG_NAME):
+            content = (flown.folder / name).read_bytes()
+            (tmp_path / name).write_bytes(content[: int(len(content) * share)])
+        data = read_flight(tmp_path)
+        assert (data.ticks.time_s == whole.ticks.time_s[: len(data.ticks.time_s)]).all()
+        assert (data.truth.time_s == whole.truth.time_s[: len(data.truth.time_s)]).all()

@@ -70,9 +70,22 @@ def test_a_terminal_has_a_live_line_that_is_written_over_and_gone_at_the_end():
         ticks(observer, 100)
 
     frames = shown.getvalue().split("\r\x1b[2K")
-    assert frames[1] == "  ██████······  50%  track    error   19.4 mm  tilt  8.5°"
+    assert frames[1] == " " * 10 + "██████······  50%  track    error   19.4 mm  tilt  8.5°"
     assert len(frames) == 2 + 100 // 20
     assert frames[-1] == ""
+
+
+def test_the_live_line_has_the_flights_time():
+    observer, shown = make(terminal=True)
+
+    async def flight():
+        observer.phase("connect", "")
+        await asyncio.sleep(23.4)
+        ticks(observer, 20)
+
+    run_in_virtual_time(flight())
+
+    assert "\r\x1b[2K  23.4 s  ██████······  50%  track" in shown.getvalue()
 
 
 def test_a_message_stands_above_the_live_line():
@@ -115,7 +128,7 @@ def test_a_terminal_that_knows_no_block_characters_gets_plain_ones():
     observer = TerminalObserver(Console(file=shown, force_terminal=True, width=80), verbose=False)
     ticks(observer, 20)
 
-    assert "  ######......  50%" in shown.getvalue()
+    assert "######......  50%" in shown.getvalue()
 
 
 def test_a_terminal_that_is_gone_at_the_end_harms_nobody():
