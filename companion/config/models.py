@@ -17,6 +17,28 @@ class _Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
+class ResponseConfig(_Model):
+    """A second-order response from a command to what it commands, of gain 1."""
+
+    natural_frequency_rad_s: Positive
+    damping: Positive
+    delay_s: NonNegative = Field(default=0.0, description="Dead time before it, of the vehicle.")
+
+
+class DynamicsConfig(_Model):
+    """How a vehicle answers, as stated or identified: the linear A(s) of the theory."""
+
+    attitude: ResponseConfig = Field(description="Tilt setpoint → tilt.")
+    climb: ResponseConfig = Field(
+        description="Climb-rate command → climb rate, with the companion's thrust loop closed."
+    )
+    loop_delay_s: NonNegative = Field(
+        description="Transport: from the state's time until a command decided on it arrives."
+    )
+    linear_drag_1_s: NonNegative = Field(description="k1 in the drag k1 v + k2 v|v| per mass.")
+    quadratic_drag_1_m: NonNegative = Field(description="k2 in the drag k1 v + k2 v|v| per mass.")
+
+
 class VehicleConfig(_Model):
     """What a user (or an identification) knows about a vehicle; never the simulator's truth."""
 
@@ -37,6 +59,9 @@ class VehicleConfig(_Model):
     acceleration_limit_m_s2: Positive
     climb_limit_m_s: Positive
     descent_limit_m_s: Positive
+    dynamics: DynamicsConfig | None = Field(
+        default=None, description="What `certify` reckons with; flying needs none of it."
+    )
 
     @model_validator(mode="after")
     def _thrust_in_order(self) -> "VehicleConfig":

@@ -1,0 +1,1 @@
+"""The paper's experiments and the tuning of controllers, flown in lockstep."""
