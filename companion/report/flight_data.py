@@ -1,7 +1,7 @@
-"""Reading a flight's folder back into arrays."""
+"""A flight as arrays: from its folder, or from records and packets that were kept in memory."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,10 +31,15 @@ class Ticks:
 
     time_s: Array
     position_enu_m: Array
+    velocity_enu_m_s: Array
     desired_enu_m: Array
     r2_enu_m: Array
+    r1_enu_m_s: Array
+    u: Array
+    applied_u: Array
     y_tilde_m_s: Array
     sigma_hat: Array
+    projecting: NDArray[np.bool_]
     roll_rad: Array
     pitch_rad: Array
     thrust: Array
@@ -42,6 +47,8 @@ class Ticks:
     computed_us: Array
     plan: NDArray[np.str_]
     """Status of the outer controller's run at this tick; empty where it did not run."""
+    r_max_active: NDArray[np.bool_]
+    """The bound on the second difference of r was active in the plan made at this tick."""
     on_fallback: NDArray[np.bool_]
     """What was sent at this tick was a fallback's."""
     phase: NDArray[np.str_]
@@ -54,6 +61,7 @@ class Truth:
 
     time_s: Array
     position_enu_m: Array
+    velocity_enu_m_s: Array
     wind_time_s: Array
     wind_acceleration_m_s2: Array
     """Magnitude."""
@@ -68,41 +76,65 @@ class FlightData:
 
 
 def read_flight(folder: Path) -> FlightData:
-    """Read the logs in a flight's folder, finished or not."""
-    return FlightData(_read_ticks(folder / MCAP_NAME), _read_truth(folder / TLOG_NAME))
+    """Read the logs in a flight's folder, finished or not.
 
-
-def _read_ticks(path: Path) -> Ticks:
-    records: list[dict[str, Any]] = []
-    plans: dict[float, str] = {}
+    Raises:
+        OSError: a file cannot be read.
+        ValueError: the packets' file is no tlog.
+        mcap.exceptions.McapError: the records' file is no MCAP file.
+    """
+    path = folder / MCAP_NAME
     begun = path.stat().st_size >= _MCAP_BEGINNING_BYTES
+    control: list[dict[str, Any]] = []
+    plans: list[dict[str, Any]] = []
     for record in read_records(path) if begun else ():
         if record.topic == "control":
-            records.append(record.values)
+            control.append(record.values)
         elif record.topic == "plan":
-            plans[record.values["autopilot_time_s"]] = record.values["status"]
+            plans.append(record.values)
+    packets = (record.raw for record in read_tlog(folder / TLOG_NAME))
+    return FlightData(ticks_from_records(control, plans), truth_from_packets(packets))
+
+
+def ticks_from_records(
+    control: Sequence[Mapping[str, Any]], plans: Iterable[Mapping[str, Any]]
+) -> Ticks:
+    """Arrays of the records of the channels `control` and `plan`; null and absent are NaN."""
 
     def numbers(key: str) -> Array:
-        return np.array([_number(r[key]) for r in records], dtype=float)
+        return np.array([_number(r[key]) for r in control], dtype=float)
 
     def vectors(key: str) -> Array:
-        return np.array([_vector(r[key]) for r in records], dtype=float).reshape(-1, 3)
+        return np.array([_vector(r[key]) for r in control], dtype=float).reshape(-1, 3)
 
+    def flags(key: str) -> NDArray[np.bool_]:
+        return np.array([bool(r[key]) for r in control], dtype=bool)
+
+    plan_at = {plan["autopilot_time_s"]: plan for plan in plans}
+    made = [plan_at.get(r["autopilot_time_s"]) for r in control]
     return Ticks(
         time_s=numbers("autopilot_time_s"),
         position_enu_m=vectors("position_enu_m"),
+        velocity_enu_m_s=vectors("velocity_enu_m_s"),
         desired_enu_m=vectors("desired_enu_m"),
         r2_enu_m=vectors("r2_enu_m"),
+        r1_enu_m_s=vectors("r1_enu_m_s"),
+        u=vectors("u"),
+        applied_u=vectors("applied_u"),
         y_tilde_m_s=vectors("y_tilde_m_s"),
         sigma_hat=vectors("sigma_hat"),
+        projecting=flags("projecting"),
         roll_rad=numbers("roll_rad"),
         pitch_rad=numbers("pitch_rad"),
         thrust=numbers("thrust"),
         hover_thrust=numbers("hover_thrust"),
         computed_us=numbers("computed_us"),
-        plan=np.array([plans.get(r["autopilot_time_s"], "") for r in records], dtype=str),
-        on_fallback=np.array([bool(r["fallback"]) for r in records], dtype=bool),
-        phase=np.array([r["phase"] for r in records], dtype=str),
+        plan=np.array(["" if plan is None else plan["status"] for plan in made], dtype=str),
+        r_max_active=np.array(
+            [plan is not None and bool(plan["r_max_active"]) for plan in made], dtype=bool
+        ),
+        on_fallback=flags("fallback"),
+        phase=np.array([r["phase"] for r in control], dtype=str),
     )
 
 
@@ -114,21 +146,29 @@ def _vector(value: Sequence[float | None] | None) -> list[float]:
     return [math.nan] * 3 if value is None else [_number(v) for v in value]
 
 
-def _read_truth(path: Path) -> Truth:
+def is_truth_packet(raw: bytes) -> bool:
+    """True for a packet of the simulation's truth; a look at two bytes."""
+    return raw[0] == _MAVLINK_2 and raw[_COMPONENT_OFFSET] == COMPONENT_TRUTH
+
+
+def truth_from_packets(packets: Iterable[bytes]) -> Truth:
+    """The truth among a flight's packets, each of them whole, in the order of arrival."""
     framer = Framer()
     times: list[float] = []
     positions: list[tuple[float, float, float]] = []
+    velocities: list[tuple[float, float, float]] = []
     wind_times: list[float] = []
     winds: list[float] = []
-    for record in read_tlog(path):
-        if record.raw[0] != _MAVLINK_2 or record.raw[_COMPONENT_OFFSET] != COMPONENT_TRUTH:
+    for raw in packets:
+        if not is_truth_packet(raw):
             continue  # most packets: looked at before they are framed, which costs more
-        for frame in framer.feed(record.raw):
+        for frame in framer.feed(raw):
             if frame.message_id == MessageId.ODOMETRY:
                 state = state_from_odometry(frame)
                 if not isinstance(state, Rejected):
                     times.append(state.time_s)
                     positions.append(state.position_enu_m)
+                    velocities.append(state.velocity_enu_m_s)
             elif frame.message_id == MessageId.DEBUG_VECT:
                 wind = wind_acceleration(frame)
                 if wind is not None and not isinstance(wind, Rejected):
@@ -137,6 +177,7 @@ def _read_truth(path: Path) -> Truth:
     return Truth(
         np.array(times),
         np.array(positions).reshape(-1, 3),
+        np.array(velocities).reshape(-1, 3),
         np.array(wind_times),
         np.array(winds),
     )

@@ -26,21 +26,22 @@ def control(time_s, **changes):
     return record | {"projecting": False, "autopilot_time_s": time_s} | changes
 
 
-def plan(time_s, status):
+def plan(time_s, status, *, r_max_active=False):
     return {
         "autopilot_time_s": time_s,
         "status": status,
         "constrained_axes": [0, 0, 0],
-        "r_max_active": False,
+        "r_max_active": r_max_active,
         "solver_status": "",
         "solver_iterations": 0,
         "predicted_end_enu_m": NAN3,
     }
 
 
-def odometry(time_s, ned_m, component=COMPONENT_TRUTH):
+def odometry(time_s, ned_m, component=COMPONENT_TRUTH, ned_m_s=(0.0, 0.0, 0.0)):
     packer = Packer(1, component)
     x, y, z = ned_m
+    vx, vy, vz = ned_m_s
     return packer.pack(
         encode(
             "ODOMETRY",
@@ -51,9 +52,9 @@ def odometry(time_s, ned_m, component=COMPONENT_TRUTH):
             y=y,
             z=z,
             q=[1.0, 0.0, 0.0, 0.0],
-            vx=0.0,
-            vy=0.0,
-            vz=0.0,
+            vx=vx,
+            vy=vy,
+            vz=vz,
             rollspeed=0.0,
             pitchspeed=0.0,
             yawspeed=0.0,
@@ -79,7 +80,7 @@ def record_flight(folder, *, end_s=3.0):
         if step % 3 == 0:
             log.record("plan", time_s, plan(time_s, "solved" if step % 2 else "closed_form"))
         if step % 2 == 0:
-            log.frame_in(time_s, odometry(time_s, (1.0 * step, 2.0, -3.0)))
+            log.frame_in(time_s, odometry(time_s, (step, 2.0, -3.0), ned_m_s=(0.5, 0, -1)))
             log.frame_in(time_s, odometry(time_s, (7.0, 7.0, -7.0), component=1))
             log.frame_in(time_s, wind(time_s, (0.3, 0.0, -0.4)))
     log.close()
@@ -96,6 +97,7 @@ def test_ticks_plans_truth_and_wind_are_read_back(tmp_path):
     assert data.truth.time_s == pytest.approx(np.arange(150) * 0.02)
     # NED on the wire, ENU inside.
     assert data.truth.position_enu_m[5] == pytest.approx((2.0, 10.0, 3.0))
+    assert data.truth.velocity_enu_m_s[5] == pytest.approx((0.0, 0.5, 1.0))
     assert data.truth.wind_acceleration_m_s2 == pytest.approx(np.full(150, 0.5))
 
 
@@ -115,6 +117,24 @@ def test_what_is_missing_is_nan_and_what_was_a_fallback_is_marked(tmp_path):
     assert math.isnan(ticks.roll_rad[1])
     assert ticks.on_fallback.tolist() == [False, True]
     assert ticks.phase.tolist() == ["", "silence"]
+
+
+def test_every_vector_and_flag_of_a_tick_is_read_into_its_own_array(tmp_path):
+    vectors = ("position_enu_m", "velocity_enu_m_s", "desired_enu_m", "r2_enu_m", "r1_enu_m_s")
+    vectors += ("u", "applied_u", "y_tilde_m_s", "sigma_hat")
+    values = {name: (1.0 + k, 2.0 + k, 3.0 + k) for k, name in enumerate(vectors)}
+    log = FlightLog(tmp_path, CHANNELS)
+    log.record("control", 0.0, control(0.0, projecting=True, **values))
+    log.record("plan", 0.0, plan(0.0, "solved", r_max_active=True))
+    log.record("control", 0.01, control(0.01))
+    log.close()
+
+    ticks = read_flight(tmp_path).ticks
+
+    for name, vector in values.items():
+        assert getattr(ticks, name).tolist() == [list(vector), [0.0, 0.0, 0.0]], name
+    assert ticks.projecting.tolist() == [True, False]
+    assert ticks.r_max_active.tolist() == [True, False]
 
 
 def test_messages_that_only_look_like_the_wind_or_are_not_finite_are_left_out(tmp_path):
