@@ -1,0 +1,51 @@
+"""Which embedded shim flies a configured mission: vehicle, wind, seed."""
+
+from pathlib import Path
+
+from companion.config.models import MissionConfig
+from companion.config.resolve import FlightConfig, find_config, shipped_names
+from companion.config.yaml_source import ConfigError, read_yaml
+from companion.flight.shim_process import ShimOptions
+
+
+def embedded_shim(config: FlightConfig) -> ShimOptions:
+    """What the embedded shim is told for a flight.
+
+    Raises:
+        ConfigError: it has no such vehicle, or the scenario is not there.
+    """
+    mission = config.mission
+    return ShimOptions(
+        autopilot=mission.autopilot,
+        vehicle=_plant(config),
+        scenario=_scenario(mission),
+        seed=mission.seed,
+    )
+
+
+def _plant(config: FlightConfig) -> str:
+    """The shim's vehicle: it has one for each vehicle that is shipped, of the same name."""
+    name = config.vehicle.name
+    known = shipped_names("vehicle")
+    if name not in known:
+        raise ConfigError(
+            f"{config.mission.vehicle}: the embedded shim can't fly the vehicle '{name}'. Set "
+            f"`name` in the file to the one that it is like ({', '.join(known)}), or give the "
+            "link to a real one with --connect."
+        )
+    return name
+
+
+def _scenario(mission: MissionConfig) -> Path:
+    """The scenario's file; the fan stands elsewhere for each of the five trajectories."""
+    name = mission.wind
+    if name == "fan":
+        if not isinstance(mission.trajectory, int):
+            raise ConfigError(
+                "--wind fan has its place at one of the trajectories 1 … 5; for a trajectory from "
+                "a file give a scenario's YAML file (see configs/scenarios/fan-4.yaml)."
+            )
+        name = f"fan-{mission.trajectory}"
+    path = find_config("scenario", name, also=["fan"]).resolve()
+    read_yaml(path)  # what it says is the shim's; that it is YAML is known before anything starts
+    return path
