@@ -47,8 +47,17 @@ def run(
         str, typer.Option(help="Vehicle: bebop2, x500, sih_quadx, or a YAML file.")
     ] = "bebop2",
     scenario: Annotated[
-        str, typer.Option(help="Wind: calm, fan-1 … fan-5, gusts, wind3, or a YAML file.")
+        str,
+        typer.Option(
+            help="Wind, payload: calm, fan-1 … fan-5, gusts, wind3, mass-step, or a YAML file."
+        ),
     ] = "calm",
+    sensors: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Sensors, not the vehicle's own: mocap, gnss, exact, or a file."
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Draws everything that is random.")] = 0,
     speed: Annotated[
         float, typer.Option(min=0.01, max=100.0, help="Simulated seconds per second.")
@@ -93,6 +102,7 @@ def run(
             autopilot=autopilot,
             vehicle=vehicle,
             scenario=scenario,
+            sensors=sensors,
             seed=seed,
             system_id=system_id,
             speed=speed,

@@ -20,7 +20,7 @@ class LockstepShim:
         send: takes what the client receives, one MAVLink message per call.
 
     Raises:
-        ValueError: an unknown vehicle, scenario, flavour or parameter.
+        ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter.
     """
 
     def __init__(self, options: ShimOptions, send: Callable[[bytes], None]) -> None:

@@ -5,13 +5,15 @@ from pathlib import Path
 
 from sitl_shim.autopilot.flavours import make_autopilot
 from sitl_shim.autopilot.interface import TICK_S, TICK_US, Autopilot
+from sitl_shim.data_file import DataFileError
 from sitl_shim.frames import Vector3
+from sitl_shim.plant.payload import LEAST_MASS_SHARE
 from sitl_shim.plant.quadrotor import Plant
 from sitl_shim.plant.state import PlantState
 from sitl_shim.plant.vehicle import VehicleModel, load_vehicle
 from sitl_shim.sensors.estimator import Estimate, Estimator
 from sitl_shim.sensors.profile import load_profile
-from sitl_shim.wind import load_scenario, make_wind
+from sitl_shim.wind import Scenario, load_scenario, make_wind, scenario_path
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +25,9 @@ class ShimOptions:
     vehicle: str | Path = "bebop2"
     """Name of a vehicle, or path of a vehicle file."""
     scenario: str | Path = "calm"
-    """Name of a wind scenario, or path of a scenario file."""
+    """Name of a scenario of wind and payload, or path of a scenario file."""
+    sensors: str | Path | None = None
+    """Name of a sensor profile, or path of one, in place of the vehicle's own."""
     seed: int = 0
     """Draws everything that is random."""
     system_id: int = 1
@@ -51,18 +55,25 @@ class Simulation:
     """One vehicle under its autopilot.
 
     Raises:
-        ValueError: an unknown vehicle, scenario, flavour or parameter; the text says which
-            and what there is.
+        ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter, or a
+            scenario that does not suit the vehicle; the text says which and what there is.
     """
 
     def __init__(self, options: ShimOptions) -> None:
         self.vehicle: VehicleModel = load_vehicle(options.vehicle)
-        wind = make_wind(load_scenario(options.scenario), seed=options.seed)
+        scenario = load_scenario(options.scenario)
+        _refuse_too_light(scenario, self.vehicle, options.scenario)
         airborne = options.airborne_at_enu_m
         self._plant = Plant(
-            self.vehicle, wind, seed=options.seed, step_s=TICK_S, airborne_at_enu_m=airborne
+            self.vehicle,
+            make_wind(scenario, seed=options.seed),
+            seed=options.seed,
+            step_s=TICK_S,
+            airborne_at_enu_m=airborne,
+            loads=scenario.payload,
         )
-        profile = load_profile(self.vehicle.sensor_profile)
+        own = self.vehicle.sensor_profile
+        profile = load_profile(own if options.sensors is None else options.sensors)
         self._estimator = Estimator(profile, self.vehicle, seed=options.seed)
         self.origin = GlobalOrigin()
         self.autopilot: Autopilot = make_autopilot(
@@ -95,3 +106,20 @@ class Simulation:
     def control(self) -> None:
         """Let the autopilot act on the estimate; belongs after each `sense`."""
         self._commands = self.autopilot.step(self.time_us, self.estimate)
+
+
+def _refuse_too_light(scenario: Scenario, vehicle: VehicleModel, name_or_path: str | Path) -> None:
+    """Refuse a payload that leaves too little of the vehicle.
+
+    Raises:
+        DataFileError: it names the scenario's file and the key.
+    """
+    least_kg = LEAST_MASS_SHARE * vehicle.mass_kg
+    for index, load in enumerate(scenario.payload):
+        total_kg = vehicle.mass_kg + load.mass_kg
+        if total_kg < least_kg:
+            raise DataFileError(
+                f"scenario file {scenario_path(name_or_path)}: 'payload.{index}.mass_kg' cannot be "
+                f"{load.mass_kg:g}: {vehicle.name} with it would weigh {total_kg:g} kg, and at "
+                f"least {least_kg:g} kg must stay of its {vehicle.mass_kg:g} kg."
+            )

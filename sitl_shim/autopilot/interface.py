@@ -147,6 +147,10 @@ class Autopilot(Protocol):
         """Texts since the last call."""
 
     @property
+    def estimate_interval_us(self) -> int:
+        """How often its estimator publishes, µs: a multiple of 4000."""
+
+    @property
     def heartbeat(self) -> Heartbeat:
         """Contents of HEARTBEAT."""
 

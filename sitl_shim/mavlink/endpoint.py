@@ -49,7 +49,7 @@ class Shim:
         links: kind of each link.
 
     Raises:
-        ValueError: an unknown vehicle, scenario, flavour or parameter.
+        ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter.
     """
 
     def __init__(self, options: ShimOptions, links: Sequence[LinkKind]) -> None:
@@ -60,6 +60,7 @@ class Shim:
                 kind,
                 system_id=options.system_id,
                 truth=options.truth and kind is LinkKind.ONBOARD,
+                estimate_interval_us=self.simulation.autopilot.estimate_interval_us,
             )
             for kind in links
         ]

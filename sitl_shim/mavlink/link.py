@@ -27,6 +27,7 @@ class Link:
         kind: decides the rates to start with.
         system_id: of the vehicle.
         truth: whether the simulator's truth is streamed here.
+        estimate_interval_us: how often the autopilot's estimator publishes.
     """
 
     __slots__ = (
@@ -42,11 +43,17 @@ class Link:
         "truth_streams",
     )
 
-    def __init__(self, kind: LinkKind, *, system_id: int, truth: bool) -> None:
+    def __init__(
+        self, kind: LinkKind, *, system_id: int, truth: bool, estimate_interval_us: int
+    ) -> None:
         self.kind = kind
         self.parser = Parser()
-        self.streams = StreamSet(BUILDERS, RATES_HZ[kind], fixed=frozenset({HEARTBEAT_ID}))
-        self.truth_streams = StreamSet(TRUTH_BUILDERS, TRUTH_RATES_HZ if truth else {})
+        self.streams = StreamSet(
+            BUILDERS, RATES_HZ[kind], estimate_interval_us, fixed=frozenset({HEARTBEAT_ID})
+        )
+        self.truth_streams = StreamSet(
+            TRUTH_BUILDERS, TRUTH_RATES_HZ if truth else {}, estimate_interval_us
+        )
         self.outgoing: list[bytes] = []
         """Frames that leave at this tick."""
         self.parameter_list: Iterator[Message] | None = None

@@ -144,7 +144,6 @@ LISTENS_FROM_US = 440_000
 _GRID_ORIGIN_US = 200_000
 """Due times are whole intervals from here: PX4's first heartbeat comes 1.2 s after boot."""
 _EVERY_TICK_US = 4_000
-_EVERY_SECOND_TICK_US = 8_000
 _SLOW_IDS = frozenset(
     {
         dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
@@ -153,7 +152,7 @@ _SLOW_IDS = frozenset(
         dialect.MAVLINK_MSG_ID_ATTITUDE_TARGET,
     }
 )
-"""These come at 125 Hz at most: PX4's estimator publishes them every second tick."""
+"""These come when the estimator publishes: PX4's by default at every second tick, at 125 Hz."""
 
 
 class StreamSet:
@@ -162,19 +161,30 @@ class StreamSet:
     Args:
         builders: messages that exist, in the order in which they leave.
         rates_hz: those that stream from the start.
+        estimate_interval_us: how often the estimator publishes.
         fixed: messages whose rate nobody may change.
     """
 
-    __slots__ = ("_active", "_builders", "_defaults", "_fixed", "_intervals", "_next_us")
+    __slots__ = (
+        "_active",
+        "_builders",
+        "_defaults",
+        "_estimate_interval_us",
+        "_fixed",
+        "_intervals",
+        "_next_us",
+    )
 
     def __init__(
         self,
         builders: Mapping[int, Builder],
         rates_hz: Mapping[int, float],
+        estimate_interval_us: int,
         fixed: frozenset[int] = frozenset(),
     ) -> None:
         self._builders = builders
         self._defaults = {key: round(1e6 / rate) for key, rate in rates_hz.items()}
+        self._estimate_interval_us = estimate_interval_us
         self._fixed = fixed
         self._intervals = dict(self._defaults)
         self._active: list[list[int]] = []
@@ -225,7 +235,7 @@ class StreamSet:
             asked = self._intervals.get(message_id)
             if asked is not None:
                 slow = message_id in _SLOW_IDS
-                interval = max(asked, _EVERY_SECOND_TICK_US if slow else _EVERY_TICK_US)
+                interval = max(asked, self._estimate_interval_us if slow else _EVERY_TICK_US)
                 self._active.append([message_id, interval, _next_on_grid(now_us, interval)])
         self._next_us = min((entry[2] for entry in self._active), default=now_us + 60_000_000)
 

@@ -7,6 +7,7 @@ import numpy as np
 from sitl_shim.frames import Vector3
 from sitl_shim.plant.battery import BatteryPack
 from sitl_shim.plant.ground import Ground
+from sitl_shim.plant.payload import Payload
 from sitl_shim.plant.rigid_body import (
     Motion,
     make_derivative,
@@ -16,7 +17,7 @@ from sitl_shim.plant.rigid_body import (
 from sitl_shim.plant.rotors import Four, make_lag, make_thrusts, make_wrench, sane_commands
 from sitl_shim.plant.state import PlantState
 from sitl_shim.plant.vehicle import VehicleModel
-from sitl_shim.wind.field import Wind
+from sitl_shim.wind import Load, Wind
 
 _SEED_STREAM = 1
 _STILL: Motion = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -37,6 +38,7 @@ class Plant:
         seed: int,
         step_s: float = 0.004,
         airborne_at_enu_m: Vector3 | None = None,
+        loads: Sequence[Load] = (),
     ) -> None:
         """Make the plant, at rest.
 
@@ -47,6 +49,7 @@ class Plant:
             step_s: length of a step.
             airborne_at_enu_m: hover there at first, rotors turning; else stand on the ground
                 at the origin, rotors stopped, nose to the east.
+            loads: what it carries when, by rising time.
 
         Raises:
             ValueError: the step is not positive.
@@ -59,16 +62,17 @@ class Plant:
         self._wind = wind
         self._step_s = step_s
         self._steps = 0
-        self._derivative = make_derivative(vehicle)
-        self._drag = make_drag_acceleration(vehicle)
+        self._payload = Payload(loads, vehicle, step_s)
+        while self._payload.next_step == 0:
+            vehicle = self._payload.take()
+        self._set_mass(vehicle)
         self._lag = make_lag(vehicle.propulsion.time_constant_s, step_s)
         self._thrusts = make_thrusts(vehicle, scale)
         self._wrench = make_wrench(vehicle)
         self._battery = BatteryPack(vehicle.battery)
-        self._ground = Ground(vehicle)
 
         airborne = airborne_at_enu_m is not None
-        signal = vehicle.hover_signal if airborne else 0.0
+        signal = min(1.0, vehicle.hover_signal) if airborne else 0.0
         self._signals: Four = (signal, signal, signal, signal)
         self._position: Vector3 = airborne_at_enu_m or (0.0, 0.0, 0.0)
         self._motion = _STILL
@@ -115,6 +119,8 @@ class Plant:
             touching = self._ground.near(z + sz) and self._touch_down(wrench)
 
         self._steps += 1
+        while self._payload.next_step == self._steps:
+            self._set_mass(self._payload.take())
         self._battery.draw(end, step_s)
         self._wind_now = self._wind.velocity_enu_m_s(self._steps * step_s, self._position)
         motion = self._motion
@@ -130,6 +136,12 @@ class Plant:
         )
         self.state = self._observe(thrusts, acceleration, on_ground=touching)
         return self.state
+
+    def _set_mass(self, vehicle: VehicleModel) -> None:
+        """Make anew what depends on the mass."""
+        self._derivative = make_derivative(vehicle)
+        self._drag = make_drag_acceleration(vehicle)
+        self._ground = Ground(vehicle)
 
     def _touch_down(self, wrench: Four) -> bool:
         """Meet the ground, if anything touches it; stand, if that leaves the vehicle still."""

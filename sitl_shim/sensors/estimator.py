@@ -43,7 +43,8 @@ class Estimator:
 
         Args:
             profile: sizes of the errors.
-            vehicle: its trim spread is a constant error of roll and pitch.
+            vehicle: its trim spread is a constant error of roll and pitch, unless the profile
+                leaves it out.
             seed: draws everything random here.
         """
         self._generator = np.random.default_rng(
@@ -82,7 +83,8 @@ class Estimator:
         """Deviation and mean of what is drawn anew in each update, in the order of its use."""
         error = profile.attitude
         uniform = self._generator.uniform(-1.0, 1.0, 6)
-        spread = np.add(error.bias_spread_deg, (trim_deg, trim_deg, 0.0))
+        trim = (trim_deg, trim_deg, 0.0) if error.with_trim else (0.0, 0.0, 0.0)
+        spread = np.add(error.bias_spread_deg, trim)
         scale, offset = np.ones(_DRAWS), np.zeros(_DRAWS)
         scale[0:3] = profile.position_noise_m
         scale[3:6] = profile.velocity_noise_m_s

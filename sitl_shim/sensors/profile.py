@@ -43,6 +43,8 @@ class AttitudeError(DataModel):
     """Correlation time of the slow part."""
     noise_deg: NotNegativeTriple
     """Standard deviation of a white part, new in each update."""
+    with_trim: bool = True
+    """Whether the vehicle's trim comes on top: a constant of roll and pitch, drawn by seed."""
 
 
 class SensorProfile(DataModel):
@@ -69,7 +71,7 @@ class SensorProfile(DataModel):
 
 
 def load_profile(name_or_path: str | Path) -> SensorProfile:
-    """Load a profile by its name (``mocap``, ``gnss``) or from a YAML file.
+    """Load a profile by its name (``mocap``, ``gnss``, ``exact``) or from a YAML file.
 
     Raises:
         DataFileError: a `ValueError` that names the file, the key and the remedy.

@@ -1,5 +1,6 @@
-"""Scenario files: a name and the winds that blow, and the wind made of them."""
+"""Scenario files: the winds that blow and what the vehicle carries; and the wind made of them."""
 
+from itertools import pairwise
 from math import hypot
 from pathlib import Path
 from typing import Annotated, Literal
@@ -68,12 +69,34 @@ class Jet(DataModel):
         return value
 
 
+class Load(DataModel):
+    """The mass that the vehicle carries from a moment on."""
+
+    at_s: NotNegative
+    """Simulated time since boot."""
+    mass_kg: float
+    """Beside the vehicle's own; it replaces the load before, and 0 releases it.  Less than 0: a
+    part of the vehicle is gone."""
+
+
 class Scenario(DataModel):
-    """What the air does."""
+    """What the air does, and what happens to the vehicle's mass."""
 
     name: str
     winds: tuple[Annotated[Steady | Gusts | Jet, Field(discriminator="kind")], ...]
     """All of them at once; none is calm."""
+    payload: tuple[Load, ...] = ()
+    """What the vehicle carries when, by rising time; nothing before the first."""
+
+    @field_validator("payload")
+    @classmethod
+    def _in_order(cls, loads: tuple[Load, ...]) -> tuple[Load, ...]:
+        for earlier, later in pairwise(loads):
+            if later.at_s <= earlier.at_s:
+                raise ValueError(
+                    f"the times at_s must rise, and {later.at_s:g} s comes after {earlier.at_s:g} s"
+                )
+        return loads
 
 
 def scenario_path(name_or_path: str | Path) -> Path:

@@ -6,6 +6,7 @@ import pytest
 from sitl_shim.data_file import DataFileError
 from sitl_shim.plant.vehicle import load_vehicle
 from sitl_shim.sensors.profile import load_profile
+from sitl_shim.simulation import ShimOptions, Simulation
 from sitl_shim.wind import load_scenario
 
 BEBOP = Path(__file__).parents[2] / "sitl_shim" / "plant" / "vehicles" / "bebop2.yaml"
@@ -153,3 +154,38 @@ def test_a_jet_without_direction_is_refused(tmp_path):
     path.write_text(fan.read_text().replace("[1.0, 0.3, 0.0]", "[0.0, 0.0, 0.0]"))
     with pytest.raises(DataFileError, match="direction may not be zero"):
         load_scenario(path)
+
+
+@pytest.mark.parametrize(
+    ("payload", "words"),
+    [
+        ("[{at_s: 2.0, mass_kg: 0.1}, {at_s: 1.0, mass_kg: 0.0}]", ["'payload'", "must rise"]),
+        ("[{at_s: 2.0, mass_kg: 0.1}, {at_s: 2.0, mass_kg: 0.0}]", ["'payload'", "must rise"]),
+        ("[{at_s: -1.0, mass_kg: 0.1}]", ["'payload.0.at_s'", "line 3"]),
+        ("[{at_s: 1.0, mass_kg: .inf}]", ["'payload.0.mass_kg'", "line 3"]),
+        ("[{at_s: .nan, mass_kg: 0.1}]", ["'payload.0.at_s'", "line 3"]),
+        ("[{at_s: 1.0, mass: 0.1}]", ["'payload.0.mass'", "did you mean 'mass_kg'?"]),
+        ("[{at_s: 1.0}]", ["'payload.0.mass_kg'", "is missing"]),
+        ("0.1", ["'payload'"]),
+    ],
+)
+def test_a_payload_that_cannot_be_is_told_with_its_place(tmp_path, payload, words):
+    path = tmp_path / "load.yaml"
+    path.write_text(f"name: load\nwinds: []\npayload: {payload}\n")
+    with pytest.raises(DataFileError) as caught:
+        load_scenario(path)
+    for word in (str(path), *words):
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("mass_kg", [-0.5, -0.46, -1.5])
+def test_a_payload_that_leaves_no_vehicle_is_told_with_file_and_key(tmp_path, mass_kg):
+    path = tmp_path / "load.yaml"
+    path.write_text(
+        "name: load\nwinds: []\n"
+        f"payload: [{{at_s: 1.0, mass_kg: -0.2}}, {{at_s: 2.0, mass_kg: {mass_kg}}}]\n"
+    )
+    with pytest.raises(DataFileError) as caught:
+        Simulation(ShimOptions(scenario=path))
+    assert f"{path}: 'payload.1.mass_kg' cannot be {mass_kg:g}: bebop2 with it" in str(caught.value)
+    Simulation(ShimOptions(scenario=path, vehicle="x500"))  # which weighs 2 kg

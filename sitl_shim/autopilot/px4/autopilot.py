@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from sitl_shim.autopilot.interface import (
+    TICK_US,
     Acknowledgement,
     AttitudeTarget,
     Command,
@@ -62,6 +63,9 @@ class Px4Autopilot:
             origin_altitude_amsl_m=origin_altitude_amsl_m,
         )
         self._loss_s = self.parameters["COM_OF_LOSS_T"]
+        predict_us = self.parameters["EKF2_PREDICT_US"]
+        self.estimate_interval_us = max(1, int(predict_us) // TICK_US) * TICK_US
+        """How often its estimator publishes, µs: as many samples of 4 ms as fit in."""
         self._time_us = 0
         self._was_armed = airborne
         self._home: Vector3 | None = None

@@ -21,6 +21,7 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("COM_OBL_RC_ACT", _INT, 0, 0, 7, "on loss of the offboard stream, see OffboardLossAction"),
     ("COM_OF_LOSS_T", _REAL, 1.0, 0.0, 60.0, "the offboard stream is lost after this, s"),
     ("COM_SPOOLUP_TIME", _REAL, 1.0, 0.0, 30.0, "motors idle at least this before take-off, s"),
+    ("EKF2_PREDICT_US", _INT, 10000, 1000, 20000, "prediction period, us, read at start"),
     ("IMU_DGYRO_CUTOFF", _REAL, 20.0, 0.0, 1000.0, "low-pass of the angular acceleration, Hz"),
     ("IMU_GYRO_CUTOFF", _REAL, 40.0, 0.0, 1000.0, "low-pass of the body rates, Hz; 0 off"),
     ("LNDMC_ROT_MAX", _REAL, 20.0, 0.0, 1000.0, "landed only below this body rate, deg/s"),

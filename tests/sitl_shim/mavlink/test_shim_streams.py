@@ -121,6 +121,21 @@ def test_at_100_hz_the_steps_are_8_and_12_ms() -> None:
     assert {b - a for a, b in itertools.pairwise(times)} == {8_000, 12_000}
 
 
+@pytest.mark.parametrize(
+    ("predict_us", "step_us"),
+    [(4_000, 4_000), (7_999, 4_000), (8_000, 8_000), (20_000, 20_000), (1_000, 4_000)],
+)
+def test_the_estimators_period_is_the_shortest_interval_of_what_it_publishes(
+    predict_us: int, step_us: int
+) -> None:
+    client = ShimClient(ShimOptions(parameters={"EKF2_PREDICT_US": predict_us}))
+    client.run_until(1.0)
+    client.set_interval(331, 4_000)
+    client.run(0.5)
+    times = [m.time_usec for m in client.messages("ODOMETRY")][20:]
+    assert {b - a for a, b in itertools.pairwise(times)} == {step_us}
+
+
 def test_minus_one_stops_and_zero_restores() -> None:
     client = ShimClient(ShimOptions())
     client.run_until(1.0)

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sitl_shim.data_file import DataFileError
 from sitl_shim.frames import (
     euler_from_quaternion,
     quaternion_conjugate,
@@ -14,6 +15,7 @@ from sitl_shim.plant.quadrotor import Plant
 from sitl_shim.plant.vehicle import load_vehicle
 from sitl_shim.sensors.estimator import Estimator
 from sitl_shim.sensors.profile import load_profile
+from sitl_shim.simulation import ShimOptions, Simulation
 from sitl_shim.wind.field import CALM
 
 STEP_S = 0.004
@@ -269,3 +271,33 @@ def test_on_the_ground_with_rotors_stopped_the_drift_stands_still(hover):
     velocity = np.array([e.velocity_enu_m_s for e in estimates])
     assert position.std(axis=0).max() < 0.003
     assert np.abs(velocity.mean(axis=0)).max() < 0.002
+
+
+def test_exact_sensors_tell_the_truth(hover):
+    for vehicle in ("bebop2", "x500", "sih_quadx"):
+        for seed in (1, 2):
+            estimates = record(make("exact", vehicle, seed), hover, 600)
+            for estimate in (estimates[0], estimates[-1]):
+                assert estimate.position_enu_m == hover.position_enu_m
+                assert estimate.velocity_enu_m_s == hover.velocity_enu_m_s
+                assert estimate.rate_flu_rad_s == hover.rate_flu_rad_s
+                assert estimate.acceleration_enu_m_s2 == hover.acceleration_enu_m_s2
+                assert estimate.attitude_flu_to_enu == pytest.approx(
+                    hover.attitude_flu_to_enu, abs=1e-15
+                )
+
+
+def test_other_sensors_than_the_vehicles_own_change_nothing_else():
+    own = Simulation(ShimOptions(vehicle="x500", seed=3))
+    exact = Simulation(ShimOptions(vehicle="x500", seed=3, sensors="exact"))
+    by_name = Simulation(ShimOptions(vehicle="x500", seed=3, sensors="mocap"))
+    for simulation in (own, exact, by_name):
+        simulation.sense()
+    assert exact.estimate.position_enu_m == exact.state.position_enu_m == own.state.position_enu_m
+    assert own.estimate.position_enu_m != own.state.position_enu_m
+    assert by_name.estimate == own.estimate
+
+
+def test_an_unknown_sensor_profile_is_refused_with_those_that_there_are():
+    with pytest.raises(DataFileError, match="'exat'; known are exact, gnss, mocap"):
+        Simulation(ShimOptions(sensors="exat"))

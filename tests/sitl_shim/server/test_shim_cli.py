@@ -26,6 +26,7 @@ def _refusal(*arguments: str) -> str:
     [
         (["--vehicle=bebop9"], ["bebop9", "bebop2", "x500"]),
         (["--scenario=storm"], ["storm", "calm"]),
+        (["--sensors=lidar"], ["sensor profile", "lidar", "exact", "gnss", "mocap"]),
         (["--autopilot=betaflight"], ["betaflight", "px4"]),
         (["--parameter=NO_SUCH=1"], ["NO_SUCH"]),
         (["--parameter=MC_ROLL_P=-5"], ["MC_ROLL_P", "0 to 30"]),
@@ -120,7 +121,15 @@ def test_a_port_in_use_is_named() -> None:
 def test_help_names_the_options() -> None:
     result = CliRunner().invoke(app, ["run", "--help"], env={"COLUMNS": "200"})
     assert result.exit_code == 0
-    for option in ("--vehicle", "--scenario", "--seed", "--speed", "--onboard-port", "--bind"):
+    for option in (
+        "--vehicle",
+        "--scenario",
+        "--sensors",
+        "--seed",
+        "--speed",
+        "--onboard-port",
+        "--bind",
+    ):
         assert option in result.output
 
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,7 @@ from sitl_shim.mavlink.wire import Packer, Parser, dialect
 from tests.sitl_shim.server.virtual_loop import run_virtually
 
 _OPTIONS = {"vehicle": "bebop2", "scenario": "gusts"}
+_LOAD = "name: load\nwinds: []\npayload: [{at_s: 8.0, mass_kg: 0.1}]\n"
 Received = list[tuple[float, bytes]]
 
 
@@ -46,6 +48,19 @@ def test_the_same_seed_gives_the_same_bytes_at_the_same_times() -> None:
     first, second = _flown(seed=1), _flown(seed=1)
     assert first == second
     assert len(first) > 3000
+
+
+def test_a_payload_changes_nothing_before_its_time_and_is_the_same_each_time(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "load.yaml"
+    path.write_text(_LOAD)
+    bare, loaded, again = _flown(scenario="calm"), _flown(scenario=path), _flown(scenario=path)
+    assert loaded == again
+    assert loaded != bare
+    # What leaves at the very tick of 8 s arrives after the delay of 15 ms.
+    before = [entry for entry in bare if entry[0] < 8.012]
+    assert loaded[: len(before)] == before
 
 
 def test_another_seed_gives_other_bytes() -> None:
