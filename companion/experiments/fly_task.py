@@ -1,0 +1,78 @@
+"""Flies one task in this process, with nothing written to a file."""
+
+import math
+import time
+from typing import TYPE_CHECKING, cast
+
+from companion.experiments.flight_table import FlightTable, flight_columns, tilt_slew_rms_g_s
+from companion.experiments.flight_task import FlightTask, load_task
+from companion.experiments.memory_log import MemoryLog
+from companion.flight.assemble import infeasibilities, make_trajectory
+from companion.flight.observer import SilentObserver
+from companion.lockstep import fly_in_lockstep
+from companion.report.metrics import tracking_figures
+
+if TYPE_CHECKING:
+    from companion.recording.flight_log import FlightLog
+
+
+def fly_task(task: FlightTask) -> FlightTable:
+    """Fly a task.
+
+    A vehicle that is lost or a flight that is refused is a result: its errors are infinite.
+
+    Raises:
+        ConfigError: the task's files can't be used.
+        TrajectoryFileError: its trajectory can't.
+        ShimRefusedError: the shim can't simulate it.
+    """
+    started = time.perf_counter()
+    loaded = load_task(task)
+    config = loaded.config
+    trajectory = make_trajectory(config.mission)
+    problems = infeasibilities(trajectory, config.mission, config.vehicle)
+    if problems:
+        return _unflown(task, "\n".join(problems))
+    log = MemoryLog()
+    outcome = fly_in_lockstep(
+        config,
+        trajectory,
+        cast("FlightLog", log),
+        SilentObserver(),
+        loaded.shim,
+        airborne=task.airborne,
+    )
+    if outcome.scored_s is None:
+        return _unflown(task, outcome.note, outcome.outcome)
+    data = log.data()
+    columns = flight_columns(data, outcome.scored_s[0])
+    figures = tracking_figures(data, outcome.scored_s)
+    true = figures.against_truth if outcome.completed else None
+    scored_s = outcome.scored_s[1] - outcome.scored_s[0]
+    last_s = float(columns["time_s"][-1]) if len(columns["time_s"]) else 0.0
+    return FlightTable(
+        task=task,
+        outcome=outcome.outcome,
+        note=outcome.note,
+        columns=columns,
+        mean_error_m=math.inf if true is None else true.mean_m,
+        rms_error_m=math.inf if true is None else true.rms_m,
+        max_error_m=math.inf if true is None else true.max_m,
+        flown_s=max(0.0, min(scored_s, last_s)),
+        scored_s=scored_s,
+        fallbacks=outcome.fallbacks,
+        r_max_share=outcome.r_max_active_share,
+        wind_peak_m_s2=_or_nan(figures.wind_peak_m_s2),
+        tilt_slew_rms_g_s=tilt_slew_rms_g_s(columns, scored_s),
+        wall_s=time.perf_counter() - started,
+    )
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def _unflown(task: FlightTask, note: str, outcome: str = "refused") -> FlightTable:
+    """A flight that never tracked: no rows, infinite errors."""
+    inf = math.inf
+    return FlightTable(task, outcome, note, {}, inf, inf, inf, flown_s=0.0)
