@@ -21,7 +21,7 @@ from scipy.linalg import expm
 from scipy.optimize import differential_evolution
 
 from companion.control import l1_adaptive
-from companion.control.l1_adaptive import L1Gains
+from companion.control.l1_adaptive import first_order_gains
 from companion.control.qp.condensed import Weights, condense
 from companion.control.reference_model import discretise_position_model
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
@@ -95,7 +95,7 @@ def mean_error_mm(model: Model, m: float, omega: float, k: float, gamma: float, 
     )
     w, z = model.omega_rad_s, model.zeta
     attitude = expm(np.array([[0, 1, 0], [-w * w, -2 * z * w, w * w], [0, 0, 0]]) * STEP_S)
-    gains = L1Gains(
+    gains = first_order_gains(
         (m,) * columns, (omega,) * columns, (k,) * columns, (gamma,) * columns, (16.0,) * columns
     )
     p, v = DESIRED[0].copy(), np.zeros(columns)
@@ -103,7 +103,7 @@ def mean_error_mm(model: Model, m: float, omega: float, k: float, gamma: float, 
     seen = [(p, v)] * (round(model.telemetry_delay_s / STEP_S) + 1)
     held = round((model.command_delay_s + model.attitude_delay_s) / STEP_S) + 1
     commands = [np.zeros(columns)] * held
-    memory = l1_adaptive.start(v, np.zeros(columns))
+    memory = l1_adaptive.start(gains, v, np.zeros(columns))
     r, r_before = p.copy(), p.copy()
     preview = np.arange(n + 2) * PLAN_STEPS
     bound = R_MAX_M_S2 * period**2

@@ -70,15 +70,78 @@ class VehicleConfig(_Model):
         return self
 
 
+class TransferFunctionConfig(_Model):
+    """A strictly proper transfer function; coefficients in descending powers of s."""
+
+    numerator: Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
+    denominator: Annotated[tuple[float, ...], Field(strict=False, min_length=2)]
+
+
+TransferFunctions = Annotated[
+    tuple[TransferFunctionConfig, TransferFunctionConfig, TransferFunctionConfig],
+    Field(strict=False),
+]
+NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
+
+
 class L1Config(_Model):
     """Gains of the L1 controller, per axis (x, y, z)."""
 
-    m: PerAxis = Field(description="Bandwidth of the reference model M(s), 1/s.")
-    omega: PerAxis = Field(description="Bandwidth of the low-pass filter C(s), rad/s.")
+    m: PerAxis | None = Field(
+        default=None, description="Bandwidth of the reference model M(s) = m / (s + m), 1/s."
+    )
+    reference_model: TransferFunctions | None = Field(
+        default=None, description="M(s) in place of m; strictly positive real, of gain 1."
+    )
+    omega: PerAxis | None = Field(
+        default=None, description="Bandwidth of the low-pass filter C(s) = ω / (s + ω), rad/s."
+    )
+    low_pass: TransferFunctions | None = Field(
+        default=None, description="C(s) in place of omega; stable, C(0) = 1."
+    )
     k: PerAxis = Field(description="Proportional gain K of the position loop, 1/s.")
     gamma: PerAxis = Field(description="Adaptation rate Γ, 1/s².")
     sigma_bound: PerAxis = (8.0, 8.0, 8.0)
     projection_margin: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
+    discretisation: Literal["exact", "euler"] = Field(
+        default="exact", description="Of predictor and adaptation law; euler is for study."
+    )
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> "L1Config":
+        for one, other in (("m", "reference_model"), ("omega", "low_pass")):
+            if (getattr(self, one) is None) == (getattr(self, other) is None):
+                raise ValueError(f"give {one} or {other}, and not both")
+        return self
+
+
+class PidConfig(_Model):
+    """A PID law, per axis (x, y, z); its derivative is of the measurement."""
+
+    kp: NonNegativePerAxis
+    ki: NonNegativePerAxis
+    kd: NonNegativePerAxis
+    integral_limit: PerAxis = Field(description="Bound of the integral's part of the output.")
+
+
+class LqrConfig(_Model):
+    """An LQR with integral action over D(s), per axis (x, y, z)."""
+
+    position: PerAxis = Field(description="Weight on (y2* - y2)².")
+    velocity: NonNegativePerAxis = Field(description="Weight on y1².")
+    integral: PerAxis = Field(description="Weight on the squared integral of y2* - y2.")
+    reference: PerAxis = Field(default=(1.0, 1.0, 1.0), description="Weight on (r2 - y2*)².")
+    integral_limit: PerAxis = Field(description="Bound of the integral's part of r2, m.")
+    period_s: Annotated[float, Field(ge=0.005, le=0.1)] = Field(
+        default=0.01, description="Sampling time of the discretised D(s), and of the law."
+    )
+
+
+class MpcModelConfig(_Model):
+    """A second-order model ``K m / (s² + m s + K m)`` per axis: ωn² = K m, 2 ζ ωn = m."""
+
+    m: PerAxis
+    k: PerAxis
 
 
 class MpcConfig(_Model):
@@ -112,15 +175,53 @@ class YawConfig(_Model):
     desired: Literal["zero", "heading_at_engagement"] = "heading_at_engagement"
 
 
+Framework = Literal["mpc-l1", "pid-l1", "lqr-l1", "l1", "mpc-pid", "pid"]
+
+FRAMEWORK_SECTIONS: dict[Framework, tuple[str, ...]] = {
+    "mpc-l1": ("mpc", "l1"),
+    "pid-l1": ("outer_pid", "l1"),
+    "lqr-l1": ("lqr", "l1"),
+    "l1": ("l1",),
+    "mpc-pid": ("mpc", "mpc_model", "inner_pid"),
+    "pid": ("inner_pid",),
+}
+"""The sections of gains that each framework reads."""
+
+
 class ControllerConfig(_Model):
     """A named stack with its gains."""
 
-    framework: Literal["mpc-l1"]
+    framework: Framework
     source: str = Field(description="Where the numbers came from.")
-    l1: L1Config
-    mpc: MpcConfig = MpcConfig()
+    l1: L1Config | None = None
+    mpc: MpcConfig | None = None
+    mpc_model: MpcModelConfig | None = Field(
+        default=None, description="What the MPC takes the PID-controlled vehicle for."
+    )
+    outer_pid: PidConfig | None = Field(default=None, description="r2 = y2* + PID(y2* - y2).")
+    lqr: LqrConfig | None = None
+    inner_pid: PidConfig | None = Field(default=None, description="u = PID(r2 - y2).")
     thrust: ThrustConfig = ThrustConfig()
     yaw: YawConfig = YawConfig()
+
+    @model_validator(mode="after")
+    def _sections_of_the_framework(self) -> "ControllerConfig":
+        wanted = FRAMEWORK_SECTIONS[self.framework]
+        known = {section for sections in FRAMEWORK_SECTIONS.values() for section in sections}
+        missing = [section for section in wanted if getattr(self, section) is None]
+        if missing:
+            raise ValueError(f"the framework {self.framework} needs '{missing[0]}'. Add it")
+        for section in sorted(known.difference(wanted)):
+            if getattr(self, section) is not None:
+                raise ValueError(
+                    f"the framework {self.framework} has no '{section}', only "
+                    f"{', '.join(wanted)}. Remove it"
+                )
+        if "mpc" in wanted and self.l1 is not None and self.l1.m is None:
+            raise ValueError("the MPC over an L1 controller needs M(s) by its m. Give l1.m")
+        if self.framework == "lqr-l1" and self.l1 is not None and self.l1.m is None:
+            raise ValueError("the LQR over an L1 controller needs M(s) by its m. Give l1.m")
+        return self
 
 
 class GeofenceConfig(_Model):

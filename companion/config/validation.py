@@ -1,7 +1,7 @@
 """From a parsed mapping to a validated model, with errors that a person can act on."""
 
 import difflib
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -83,9 +83,17 @@ def _shown(value: object) -> str:
     return text if len(text) <= _LONGEST_SHOWN else text[:_LONGEST_SHOWN] + "…"
 
 
+def _without_none(annotation: Any) -> Any:  # noqa: ANN401 - of any field
+    """The model of a section that may be left out."""
+    for part in get_args(annotation):
+        if hasattr(part, "model_fields"):
+            return part
+    return annotation
+
+
 def _known_keys(model: type[BaseModel], path: tuple[str, ...]) -> list[str]:
     current: Any = model
     for part in path:
         field = current.model_fields.get(part) if hasattr(current, "model_fields") else None
-        current = field.annotation if field is not None else None
+        current = _without_none(field.annotation) if field is not None else None
     return sorted(current.model_fields) if hasattr(current, "model_fields") else []

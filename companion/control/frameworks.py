@@ -1,7 +1,18 @@
-"""The named stacks of controllers: an outer one, an inner one, and the maps to a setpoint.
+"""The stack of controllers: an outer one, an inner one, and the maps to a setpoint.
 
-``mpc-l1``: the MPC gives the position reference r2, the L1 controller below gives u, and the tilt,
-yaw and thrust maps make an attitude and a thrust of it.
+The outer controller gives the position reference r2, the inner one below gives u, and the tilt,
+yaw and thrust maps make an attitude and a thrust of it.  The named frameworks are pairs:
+
+==========  ===================================  ==============
+name        outer                                inner
+==========  ===================================  ==============
+`mpc-l1`    MPC over D(s)                        L1
+`pid-l1`    PID, no preview                      L1
+`lqr-l1`    LQR with integral, no preview        L1
+`l1`        none: r2 = y2*                       L1
+`mpc-pid`   MPC over an identified model         PID
+`pid`       none: r2 = y2*                       PID
+==========  ===================================  ==============
 
 A stack is pure: memory and input in, memory, command and record out.  It reads no clock; every
 tick carries its times in.
@@ -10,12 +21,13 @@ tick carries its times in.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from companion.control import delay, l1_adaptive, thrust, tilt, yaw
-from companion.control.mpc import Mpc, MpcMemory, MpcRecord
-from companion.control.reference_model import Array
+from companion.control import delay, thrust, tilt, yaw
+from companion.control.interfaces import InnerController, InnerRecord, OuterController, OuterRecord
+from companion.control.reference_model import Array, PositionModel
 from companion.frames import Quaternion, euler_from_quaternion, quaternion_from_euler, tilt_cosine
 from companion.vehicle_state import VehicleState
 
@@ -47,11 +59,13 @@ class StackMemory:
     """What a stack carries from tick to tick."""
 
     sample_s: float
-    outer: MpcMemory
+    outer: Any
+    outer_ran_s: float
+    """Autopilot time of the outer controller's last run."""
     outer_due_s: float
     """Autopilot time from which on the outer controller runs again."""
     applied: tuple[delay.AppliedReference, ...]
-    inner: l1_adaptive.L1Memory
+    inner: Any
     thrust: thrust.ThrustMemory
     yaw_rad: float
     """Commanded yaw, ENU."""
@@ -71,21 +85,21 @@ class StackRecord:
     """Why the command is what it is."""
 
     r2_m: Array
-    inner: l1_adaptive.L1Record
+    inner: InnerRecord
     applied_u: Array
     roll_rad: float
     pitch_rad: float
     hover_thrust: float
-    outer: MpcRecord | None
+    outer: OuterRecord | None
     """None at a tick at which the outer controller did not run."""
 
 
 @dataclass(frozen=True, slots=True)
-class MpcL1:
-    """The paper's stack."""
+class Stack:
+    """An outer and an inner controller with the maps below them."""
 
-    outer: Mpc
-    inner: l1_adaptive.L1Gains
+    outer: OuterController
+    inner: InnerController
     thrust: thrust.ThrustGains
     yaw: yaw.YawGains
     limits: Limits
@@ -101,14 +115,14 @@ class MpcL1:
         u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_rad)
         velocity = np.array(state.velocity_enu_m_s)
         u = np.array([u_x, u_y, velocity[2]])
-        position = np.array(state.position_enu_m)
-        r2 = position + velocity / np.array(self.inner.gain_k)
+        inner, r2 = self.inner.start(np.array(state.position_enu_m), velocity, u)
         return StackMemory(
             sample_s=state.time_s,
             outer=self.outer.start(r2),
+            outer_ran_s=state.time_s,
             outer_due_s=state.time_s,
             applied=(delay.AppliedReference(state.time_s, r2),),
-            inner=l1_adaptive.start(velocity, u),
+            inner=inner,
             thrust=thrust.start(self.thrust, float(velocity[2]), hover_force),
             yaw_rad=yaw_rad,
         )
@@ -129,12 +143,12 @@ class MpcL1:
         position = np.array(state.position_enu_m)
         velocity = np.array(state.velocity_enu_m_s)
 
-        outer_record: MpcRecord | None = None
+        outer_record: OuterRecord | None = None
         if state.time_s >= memory.outer_due_s - 1e-6:
             memory, outer_record = self._plan(memory, tick, position, velocity, reference)
         r2 = memory.applied[-1].r2_m
 
-        inner, inner_record = l1_adaptive.step(self.inner, memory.inner, r2, position, velocity, dt)
+        inner, inner_record = self.inner.step(memory.inner, r2, position, velocity, dt)
         u_x, u_y, u_z = (float(value) for value in inner_record.u)
         if not math.isfinite(u_x + u_y + u_z + float(r2.sum()) + tick.desired_yaw_rad):
             raise ValueError(f"not finite: u {inner_record.u}, r2 {r2}, yaw {tick.desired_yaw_rad}")
@@ -157,7 +171,7 @@ class MpcL1:
         advanced = replace(
             memory,
             sample_s=state.time_s,
-            inner=l1_adaptive.with_applied(inner, applied_u),
+            inner=self.inner.with_applied(inner, applied_u),
             thrust=thrust_memory,
             yaw_rad=yaw_command,
         )
@@ -182,25 +196,48 @@ class MpcL1:
         position: Array,
         velocity: Array,
         reference: Reference,
-    ) -> tuple[StackMemory, MpcRecord]:
-        """Run the outer controller from the state carried over the delay."""
+    ) -> tuple[StackMemory, OuterRecord]:
+        """Run the outer controller: at the time at which what it decides acts, if it has a model.
+
+        Then the state is carried over the delay by that model; without one, the controller sees
+        the state as measured, and the reference of that time.
+        """
         sample_s = tick.state.time_s
         acts_s = sample_s + tick.loop_delay_s
-        carried_position, carried_velocity = delay.carry(
-            self.inner.m, self.inner.gain_k, position, velocity, sample_s, acts_s, memory.applied
-        )
-        preview = reference(acts_s + self.outer.preview_times_s)
+        sees_s = sample_s
+        if self.outer.model is not None:
+            sees_s = acts_s
+            position, velocity = self._carry(
+                self.outer.model, memory, position, velocity, sample_s, acts_s
+            )
+        preview = reference(sees_s + self.outer.preview_times_s)
         outer, r2, record = self.outer.step(
-            memory.outer, carried_position, carried_velocity, preview
+            memory.outer, position, velocity, preview, sample_s - memory.outer_ran_s
         )
-        period = self.outer.settings.period_s
-        skipped = max(0, math.floor((sample_s - memory.outer_due_s) / period + 1e-6))
+        period = self.outer.period_s
+        late = sample_s - memory.outer_due_s
+        skipped = max(0, math.floor(late / period + 1e-6)) if period > 0.0 else 0
+        due_s = memory.outer_due_s + (skipped + 1) * period if period > 0.0 else sample_s
         in_effect = [k for k, a in enumerate(memory.applied) if a.from_s <= sample_s]
         kept = memory.applied[in_effect[-1] if in_effect else 0 :]
         advanced = replace(
             memory,
             outer=outer,
-            outer_due_s=memory.outer_due_s + (skipped + 1) * period,
+            outer_ran_s=sample_s,
+            outer_due_s=due_s,
             applied=(*kept, delay.AppliedReference(acts_s, r2)),
         )
         return advanced, record
+
+    @staticmethod
+    def _carry(
+        model: PositionModel,
+        memory: StackMemory,
+        position: Array,
+        velocity: Array,
+        sample_s: float,
+        acts_s: float,
+    ) -> tuple[Array, Array]:
+        return delay.carry(
+            model.m, model.gain_k, position, velocity, sample_s, acts_s, memory.applied
+        )

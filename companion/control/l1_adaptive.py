@@ -3,35 +3,41 @@
 Equations of the paper (Pereida & Schoellig 2018), per axis:
 
 * outer loop          ``r1 = K (r2 - y2)``
-* output predictor    ``ŷ1' = -m ŷ1 + m (u + σ̂)``
+* output predictor    ``ŷ1 = M(s) (u + σ̂)``; with M(s) = m / (s + m): ``ŷ1' = -m ŷ1 + m (u + σ̂)``
 * adaptation law      ``σ̂' = Γ Proj(σ̂, -ỹ)``,  ``ỹ = ŷ1 - y1``
-* control law         ``u = C(s) (r1 - σ̂)``,  ``C(s) = ω / (s + ω)``
+* control law         ``u = C(s) (r1 - σ̂)``,  in the paper ``C(s) = ω / (s + ω)``
 
 Predictor and adaptation law are discretised together and exactly, for the interval between two
 samples, with u held and the measured velocity y1 taken as linear in time.  An explicit Euler step
-of the same equations is stable only for Γ dt ≤ 1, and chatters long before the position shows it.
+of the same equations can be chosen for study: it is stable only for Γ dt ≤ 1, and chatters long
+before the position shows it.
 
 The projection is the smooth operator of Hovakimyan & Cao (2010, appendix B): inside the bound it
 does nothing, over the outermost part it scales the outward motion down to nothing.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
+from scipy.linalg import expm
 
-from companion.control.reference_model import Array, oscillator_exponential
+from companion.control.reference_model import Array
+from companion.control.transfer_function import TransferFunction, first_order
+
+Discretisation = Literal["exact", "euler"]
 
 
 @dataclass(frozen=True, slots=True)
 class L1Gains:
     """Gains per axis; tuples of equal length n (three for a vehicle)."""
 
-    m: tuple[float, ...]
-    """Bandwidth of the reference model M(s), 1/s."""
-    omega: tuple[float, ...]
-    """Bandwidth of the low-pass filter C(s), rad/s."""
+    reference_model: tuple[TransferFunction, ...]
+    """M(s): strictly positive real, of gain 1."""
+    low_pass: tuple[TransferFunction, ...]
+    """C(s): stable, strictly proper, C(0) = 1."""
     gain_k: tuple[float, ...]
     """Proportional gain K of the position loop, 1/s."""
     gamma: tuple[float, ...]
@@ -40,22 +46,78 @@ class L1Gains:
     """Bound of |σ̂|, in the unit of u."""
     projection_margin: float = 0.1
     """Share ε of the bound over which the projection acts, 0..1."""
+    discretisation: Discretisation = "exact"
+    """Of predictor and adaptation law."""
+    _hash: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Check M(s) and C(s).
+
+        Raises:
+            ValueError: lengths differ, or an M(s) or C(s) that the law is not made for.
+        """
+        values = (
+            self.reference_model,
+            self.low_pass,
+            self.gain_k,
+            self.gamma,
+            self.sigma_bound,
+            self.projection_margin,
+            self.discretisation,
+        )
+        object.__setattr__(self, "_hash", hash(values))
+        if len({len(value) for value in values[:5]}) != 1:
+            raise ValueError("M(s), C(s), K, Γ and the bound of σ̂ must have one value per axis")
+        for model in self.reference_model:
+            if not model.strictly_positive_real or not math.isclose(model.dc_gain, 1.0):
+                raise ValueError(
+                    f"M(s) = {model} is not strictly positive real with gain 1, which the "
+                    "adaptation law needs"
+                )
+        for low_pass in self.low_pass:
+            if not low_pass.stable or not math.isclose(low_pass.dc_gain, 1.0):
+                raise ValueError(f"C(s) = {low_pass} is not stable with C(0) = 1")
+
+    def __hash__(self) -> int:
+        """Reckoned once: the gains are looked up at every sample."""
+        return self._hash
+
+
+def first_order_gains(
+    m: tuple[float, ...],
+    omega: tuple[float, ...],
+    gain_k: tuple[float, ...],
+    gamma: tuple[float, ...],
+    sigma_bound: tuple[float, ...],
+    projection_margin: float = 0.1,
+    discretisation: Discretisation = "exact",
+) -> L1Gains:
+    """The paper's choice: ``M_i = m_i / (s + m_i)``, ``C_i = ω_i / (s + ω_i)``."""
+    return L1Gains(
+        tuple(first_order(value) for value in m),
+        tuple(first_order(value) for value in omega),
+        gain_k,
+        gamma,
+        sigma_bound,
+        projection_margin,
+        discretisation,
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class L1Memory:
-    """What the law carries from sample to sample; each array is (n,)."""
+    """What the law carries from sample to sample, for n axes."""
 
-    predicted_velocity_m_s: Array
-    """ŷ1."""
+    predictor: Array
+    """(n, order of M) state of the output predictor; its first entry is ŷ1."""
     sigma_hat: Array
-    """σ̂, in the unit of u."""
-    filtered_u: Array
-    """State of C(s), which is its output u."""
+    """(n,) σ̂, in the unit of u."""
+    low_pass: Array
+    """(n, order of C) state of C(s); its first entry is u."""
     applied_u: Array
-    """The u that went to the vehicle after its limits; the predictor sees this one."""
+    """(n,) the u that went to the vehicle after its limits; the predictor sees this one."""
     last_velocity_m_s: Array
-    """y1 of the last sample."""
+    """(n,) y1 of the last sample."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,60 +134,104 @@ class L1Record:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """One exact step: coefficients (n,) of ŷ, σ̂, u, y1 before and y1 after."""
+    """Matrices of one step.
 
-    y: tuple[Array, Array, Array, Array, Array]
-    sigma: tuple[Array, Array, Array, Array, Array]
-    filter_decay: Array
-
-
-def _axis_coefficients(m: float, gamma: float, dt_s: float) -> tuple[list[float], list[float]]:
-    """Exact step of one axis: x = (ŷ, σ̂), A = [[-m, m], [-Γ, 0]], inputs (m, 0) u + (0, Γ) y1.
-
-    With ``A⁻¹ = [[0, -1/Γ], [1/m, -1/Γ]]`` the integrals of the exponential are closed forms:
-    ``P1 = ∫ exp = A⁻¹ (Φ - I)`` for held inputs, ``P2 = A⁻¹ (P1 / dt - I)`` for a rising ramp.
+    ``adaptation`` (n, p + 1, p + 4) leads from (predictor, σ̂, u, y1 before, y1 after) to
+    (predictor, σ̂); ``low_pass`` (n, c, c + 1) from (state of C(s), its input) to that state.
     """
-    a = np.array([[-m, m], [-gamma, 0.0]])
-    a_inverse = np.array([[0.0, -1.0 / gamma], [1.0 / m, -1.0 / gamma]])
-    c, s = oscillator_exponential(-m, m * gamma, dt_s)
-    phi = c * np.eye(2) + s * a
-    held = a_inverse @ (phi - np.eye(2))
-    ramp = a_inverse @ (held / dt_s - np.eye(2))
-    from_u = held[:, 0] * m
-    from_y_after = ramp[:, 1] * gamma
-    from_y_before = held[:, 1] * gamma - from_y_after
-    columns = np.column_stack([phi[:, 0], phi[:, 1], from_u, from_y_before, from_y_after])
-    return columns[0].tolist(), columns[1].tolist()
+
+    adaptation: Array
+    low_pass: Array
+
+
+def _largest_order(functions: tuple[TransferFunction, ...]) -> int:
+    return max(function.order for function in functions)
+
+
+def _adaptation_matrix(
+    model: TransferFunction, gamma: float, dt_s: float, discretisation: Discretisation
+) -> Array:
+    """One step of one axis: from (x̂, σ̂, u, y1 before, y1 after) to (x̂, σ̂).
+
+    ``x̂' = A x̂ + B (u + σ̂)``, ``σ̂' = -Γ (C x̂ - y1)``, u held; the exponential of the system with
+    its inputs as further states is the exact step for a y1 that is linear in time.
+    """
+    a, b, c = model.state_space()
+    p = model.order
+    # (x̂, σ̂, u, y1, slope of y1)
+    system = np.zeros((p + 4, p + 4))
+    system[:p, :p] = a
+    system[:p, p] = b
+    system[:p, p + 1] = b
+    system[p, :p] = -gamma * c
+    system[p, p + 2] = gamma
+    system[p + 2, p + 3] = 1.0
+    if discretisation == "euler":
+        system[p + 2, p + 3] = 0.0
+        step = np.eye(p + 4) + system * dt_s
+    else:
+        step = expm(system * dt_s)
+    matrix: Array = step[: p + 1].copy()
+    slope = step[: p + 1, p + 3] / dt_s
+    matrix[:, p + 2] -= slope
+    matrix[:, p + 3] = slope
+    return matrix
+
+
+def _padded(matrix: Array, states: int, to_states: int) -> Array:
+    """A step's matrix with further states, which stay 0, before the entries after the states."""
+    missing = to_states - states
+    rows, columns = matrix.shape
+    padded = np.zeros((rows + missing, columns + missing))
+    keep_rows = [*range(states), *range(to_states, rows + missing)]
+    keep_columns = [*range(states), *range(to_states, columns + missing)]
+    padded[np.ix_(keep_rows, keep_columns)] = matrix
+    return padded
 
 
 @lru_cache(maxsize=256)
 def _step_matrices(gains: L1Gains, dt_s: float) -> _Step:
-    rows = [
-        _axis_coefficients(m, gamma, dt_s) for m, gamma in zip(gains.m, gains.gamma, strict=True)
+    p = _largest_order(gains.reference_model)
+    adaptation = [
+        _padded(_adaptation_matrix(model, gamma, dt_s, gains.discretisation), model.order, p)
+        for model, gamma in zip(gains.reference_model, gains.gamma, strict=True)
     ]
-    y = np.array([row[0] for row in rows]).T
-    sigma = np.array([row[1] for row in rows]).T
-    decay = np.exp(-np.array(gains.omega) * dt_s)
-    return _Step(
-        y=(y[0], y[1], y[2], y[3], y[4]),
-        sigma=(sigma[0], sigma[1], sigma[2], sigma[3], sigma[4]),
-        filter_decay=decay,
-    )
+    order = _largest_order(gains.low_pass)
+    low_pass = []
+    for function in gains.low_pass:
+        a, b, _ = function.state_space()
+        n = function.order
+        system = np.zeros((n + 1, n + 1))
+        system[:n, :n], system[:n, n] = a, b
+        low_pass.append(_padded(expm(system * dt_s)[:n], n, order))
+    return _Step(np.stack(adaptation), np.stack(low_pass))
 
 
-def start(velocity_m_s: Array, u: Array) -> L1Memory:
+def _resting(functions: tuple[TransferFunction, ...], outputs: Array) -> Array:
+    """(n, order) states of systems of gain 1 that rest at an output each."""
+    states = np.zeros((len(functions), _largest_order(functions)))
+    for i, function in enumerate(functions):
+        a, b, _ = function.state_space()
+        states[i, : function.order] = -np.linalg.solve(a, b) * outputs[i]
+    return states
+
+
+def start(gains: L1Gains, velocity_m_s: Array, u: Array) -> L1Memory:
     """Memory with which the law begins without a bump.
 
     The predictor starts at the measured velocity and at rest (σ̂ = y1 - u), and u continues from
     the one that the vehicle has.
 
     Args:
+        gains: the gains.
         velocity_m_s: (n,) measured velocity y1.
         u: (n,) control input that is in effect.
     """
     velocity = np.array(velocity_m_s, dtype=float)
     held = np.array(u, dtype=float)
-    return L1Memory(velocity, velocity - held, held, held, velocity)
+    predictor = _resting(gains.reference_model, velocity)
+    low_pass = _resting(gains.low_pass, held)
+    return L1Memory(predictor, velocity - held, low_pass, held, velocity)
 
 
 def step(
@@ -150,70 +256,74 @@ def step(
         The new memory and the record; ``record.u`` is the control input.
     """
     matrices = _step_matrices(gains, dt_s)
-    cy, cs = matrices.y, matrices.sigma
-    y_hat, sigma, applied_u = memory.predicted_velocity_m_s, memory.sigma_hat, memory.applied_u
-    before = memory.last_velocity_m_s
-    y_next = cy[0] * y_hat + cy[1] * sigma + cy[2] * applied_u + cy[3] * before
-    y_next += cy[4] * velocity_m_s
-    sigma_next = cs[0] * y_hat + cs[1] * sigma + cs[2] * applied_u + cs[3] * before
-    sigma_next += cs[4] * velocity_m_s
+    p = memory.predictor.shape[1]
+    inputs = np.empty((len(memory.sigma_hat), p + 4))
+    inputs[:, :p] = memory.predictor
+    inputs[:, p] = memory.sigma_hat
+    inputs[:, p + 1] = memory.applied_u
+    inputs[:, p + 2] = memory.last_velocity_m_s
+    inputs[:, p + 3] = velocity_m_s
+    after = (matrices.adaptation @ inputs[:, :, None])[:, :, 0]
+    sigma = after[:, p]
     projecting = False
-    if (np.abs(sigma_next) * math.sqrt(1.0 + gains.projection_margin) > gains.sigma_bound).any():
-        y_next, sigma_next, projecting = _project(
-            gains, memory, y_next, sigma_next, velocity_m_s, dt_s
-        )
+    if (np.abs(sigma) * math.sqrt(1.0 + gains.projection_margin) > gains.sigma_bound).any():
+        after, projecting = _project(gains, inputs, after, dt_s)
+        sigma = after[:, p]
 
     r1 = np.asarray(gains.gain_k) * (r2_m - position_m)
-    decay = matrices.filter_decay
-    u = decay * memory.filtered_u + (1.0 - decay) * (r1 - sigma_next)
-    advanced = L1Memory(y_next, sigma_next, u, u, velocity_m_s)
-    return advanced, L1Record(r1, y_next - velocity_m_s, sigma_next, u, projecting)
+    order = memory.low_pass.shape[1]
+    filtering = np.empty((len(sigma), order + 1))
+    filtering[:, :order] = memory.low_pass
+    filtering[:, order] = r1 - sigma
+    low_pass = (matrices.low_pass @ filtering[:, :, None])[:, :, 0]
+    u = low_pass[:, 0]
+    advanced = L1Memory(after[:, :p], sigma, low_pass, u, velocity_m_s)
+    return advanced, L1Record(r1, after[:, 0] - velocity_m_s, sigma, u, projecting)
 
 
 def with_applied(memory: L1Memory, applied_u: Array) -> L1Memory:
     """Tell the law what the limits after it left of u.
 
     The predictor must see what the vehicle gets, or the missing part looks like a disturbance; and
-    the state of C(s) is held at the limit, or u runs away from it and takes 1/ω to come back.
+    the output of C(s) is held at the limit, or u runs away from it and takes 1/ω to come back.
     """
-    return replace(memory, applied_u=applied_u, filtered_u=applied_u)
+    low_pass = memory.low_pass.copy()
+    low_pass[:, 0] = applied_u
+    return replace(memory, applied_u=applied_u, low_pass=low_pass)
 
 
-def _project(
-    gains: L1Gains,
-    memory: L1Memory,
-    y_free: Array,
-    sigma_free: Array,
-    velocity_m_s: Array,
-    dt_s: float,
-) -> tuple[Array, Array, bool]:
+def _project(gains: L1Gains, inputs: Array, free: Array, dt_s: float) -> tuple[Array, bool]:
     """Repeat the step of the axes that are near the bound, with the projection.
 
     ``Proj(σ̂, e) = e (1 - f)`` where ``f = ((1 + ε) σ̂² - bound²) / (ε bound²)`` is positive and e
     points outwards.  f is taken at the beginning of the step; a step that would still pass the
     bound, from inside or from the other side, ends on it.
+
+    Args:
+        gains: the gains.
+        inputs: (n, p + 4) of the step.
+        free: (n, p + 1) its result without a projection.
+        dt_s: of the step.
     """
-    y_next, sigma_next = y_free.copy(), sigma_free.copy()
+    after = free.copy()
     projecting = False
     eps = gains.projection_margin
     for i, bound in enumerate(gains.sigma_bound):
-        old, new = float(memory.sigma_hat[i]), float(sigma_free[i])
-        y_old, u = float(memory.predicted_velocity_m_s[i]), float(memory.applied_u[i])
+        model = gains.reference_model[i]
+        p, last = model.order, free.shape[1] - 1
+        own = np.concatenate([inputs[i, :p], inputs[i, last:]])
+        old, new = float(inputs[i, last]), float(free[i, last])
         f = ((1.0 + eps) * old * old - bound * bound) / (eps * bound * bound)
         if f > 0.0 and (new - old) * old > 0.0:
             projecting = True
             rate = gains.gamma[i] * max(1e-6, 1.0 - f)
-            inputs = np.array(
-                [y_old, old, u, memory.last_velocity_m_s[i], velocity_m_s[i]], dtype=float
-            )
-            y_row, sigma_row = _axis_coefficients(gains.m[i], rate, dt_s)
-            y_next[i] = inputs @ y_row
-            new = float(inputs @ sigma_row)
-            sigma_next[i] = new
+            result = _adaptation_matrix(model, rate, dt_s, gains.discretisation) @ own
+            after[i, :p], after[i, last] = result[:p], result[p]
+            new = float(result[p])
         if abs(new) > bound:
             projecting = True
-            sigma_next[i] = math.copysign(bound, new)
-            decay = math.exp(-gains.m[i] * dt_s)
-            held = 0.5 * (old + float(sigma_next[i]))
-            y_next[i] = decay * y_old + (1.0 - decay) * (u + held)
-    return y_next, sigma_next, projecting
+            after[i, last] = math.copysign(bound, new)
+            own[p] = 0.5 * (old + float(after[i, last]))
+            still = _adaptation_matrix(model, 0.0, dt_s, gains.discretisation) @ own
+            after[i, :p] = still[:p]
+    return after, projecting

@@ -21,7 +21,11 @@ import numpy as np
 from companion.control.qp.condensed import Weights, condense
 from companion.control.qp.constrained import ConstrainedAxis, SoftBounds
 from companion.control.qp.port import QpSolverFactory
-from companion.control.reference_model import Array, discretise_position_model
+from companion.control.reference_model import (
+    Array,
+    PositionModel,
+    discretise_position_model,
+)
 
 MpcStatus = Literal["closed_form", "solved", "shifted_plan", "clipped_closed_form"]
 """How the reference came about; the last two are the fallbacks when a solve failed."""
@@ -34,10 +38,8 @@ _AXES = "xyz"
 class MpcSettings:
     """Settings of the controller."""
 
-    m: tuple[float, ...]
-    """Bandwidths of M(s), as in the L1 controller below, 1/s."""
-    gain_k: tuple[float, ...]
-    """K of the L1 controller below, 1/s."""
+    model: PositionModel
+    """D(s) of the L1 controller below, or what was identified of another one."""
     period_s: float
     horizon: int
     weights: Weights
@@ -91,9 +93,9 @@ class Mpc:
         Raises:
             ValueError: lengths differ, or the cost is not positive definite.
         """
-        axes = len(settings.m)
+        axes = len(settings.model.m)
         per_axis = (
-            settings.gain_k,
+            settings.model.gain_k,
             settings.velocity_limit_m_s,
             settings.box_low_m,
             settings.box_high_m,
@@ -102,7 +104,7 @@ class Mpc:
             raise ValueError("m, K, velocity limits and box must have one value per axis")
         self.settings = settings
         a, b = discretise_position_model(
-            np.array(settings.m), np.array(settings.gain_k), settings.period_s
+            np.array(settings.model.m), np.array(settings.model.gain_k), settings.period_s
         )
         problems = [condense(a[i], b[i], settings.horizon, settings.weights) for i in range(axes)]
         self._second_limit = settings.r_max_m_s2 * settings.period_s**2
@@ -121,6 +123,16 @@ class Mpc:
         self._high = np.array(settings.box_high_m)
 
     @property
+    def period_s(self) -> float:
+        """Time between two plans."""
+        return self.settings.period_s
+
+    @property
+    def model(self) -> PositionModel:
+        """What the plans predict with, and the state is carried over the delay by."""
+        return self.settings.model
+
+    @property
     def preview_times_s(self) -> Array:
         """Offsets from k̄ at which `step` wants y*: k̄ … k̄+N_h+1, (N_h + 2,)."""
         times: Array = self.settings.period_s * np.arange(
@@ -134,7 +146,12 @@ class Mpc:
         return MpcMemory(r, r, np.tile(r, (self.settings.horizon + 1, 1)))
 
     def step(
-        self, memory: MpcMemory, position_m: Array, velocity_m_s: Array, preview_m: Array
+        self,
+        memory: MpcMemory,
+        position_m: Array,
+        velocity_m_s: Array,
+        preview_m: Array,
+        dt_s: float = 0.0,
     ) -> tuple[MpcMemory, Array, MpcRecord]:
         """Plan from the state at k̄ and apply the first input, or the best that can be had.
 
@@ -147,6 +164,7 @@ class Mpc:
             position_m: (axes,) y2 at k̄.
             velocity_m_s: (axes,) y1 at k̄.
             preview_m: (N_h + 2, axes) y* at k̄ … k̄+N_h+1.
+            dt_s: since the last plan; of no use here, the model's step is the period.
 
         Returns:
             The new memory, the reference to apply (axes,), and the record.

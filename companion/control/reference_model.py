@@ -10,11 +10,22 @@ is used here.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PositionModel:
+    """D_i(s) of each axis."""
+
+    m: tuple[float, ...]
+    """Bandwidths of M(s), 1/s."""
+    gain_k: tuple[float, ...]
+    """K of the proportional position loop, 1/s."""
 
 
 def oscillator_exponential(trace: float, determinant: float, dt_s: float) -> tuple[float, float]:

@@ -3,14 +3,30 @@
 import math
 from pathlib import Path
 
-from companion.config.models import ControllerConfig, MissionConfig, VehicleConfig
-from companion.control.frameworks import Limits, MpcL1
+from companion.config.models import (
+    ControllerConfig,
+    L1Config,
+    MissionConfig,
+    MpcConfig,
+    PidConfig,
+    TransferFunctionConfig,
+    VehicleConfig,
+)
+from companion.config.yaml_source import ConfigError
+from companion.control.feedback import FeedbackController, direct
+from companion.control.frameworks import Limits, Stack
+from companion.control.inner import L1Controller, PidController
+from companion.control.interfaces import InnerController, OuterController
 from companion.control.l1_adaptive import L1Gains
+from companion.control.lqr import LqrWeights, lqr_gains
 from companion.control.mpc import Mpc, MpcSettings
+from companion.control.pid import PidGains
 from companion.control.qp.condensed import Weights
 from companion.control.qp.osqp_solver import OsqpSolver
 from companion.control.qp.port import QpSolverFactory
+from companion.control.reference_model import PositionModel
 from companion.control.thrust import ThrustGains
+from companion.control.transfer_function import TransferFunction, first_order
 from companion.control.yaw import YawGains
 from companion.flight.supervisor import SupervisorLimits
 from companion.trajectories.feasibility import MotionLimits, problems_of
@@ -51,7 +67,7 @@ def make_stack(
     vehicle: VehicleConfig,
     mission: MissionConfig,
     make_solver: QpSolverFactory | None = None,
-) -> MpcL1:
+) -> Stack:
     """The stack of control laws that a controller's file describes.
 
     Args:
@@ -59,25 +75,14 @@ def make_stack(
         vehicle: its limits.
         mission: its geofence.
         make_solver: a solver in place of the one that the controller's file names.
+
+    Raises:
+        ConfigError: transfer functions or weights that the laws are not made for.
     """
-    l1, mpc = controller.l1, controller.mpc
-    speed = vehicle.speed_limit_m_s
-    settings = MpcSettings(
-        m=l1.m,
-        gain_k=l1.k,
-        period_s=mpc.period_s,
-        horizon=mpc.horizon,
-        weights=Weights(mpc.q, mpc.r, mpc.s),
-        r_max_m_s2=mpc.r_max_m_s2,
-        velocity_limit_m_s=(speed, speed, max(vehicle.climb_limit_m_s, vehicle.descent_limit_m_s)),
-        box_low_m=mission.geofence.low_m,
-        box_high_m=mission.geofence.high_m,
-        penalise_absolute_r=mpc.penalise == "absolute_r",
-    )
     thrust = controller.thrust
-    return MpcL1(
-        outer=Mpc(settings, make_solver or _SOLVERS[mpc.solver]),
-        inner=L1Gains(l1.m, l1.omega, l1.k, l1.gamma, l1.sigma_bound, l1.projection_margin),
+    return Stack(
+        outer=_outer(controller, vehicle, mission, make_solver),
+        inner=_inner(controller),
         thrust=ThrustGains(
             proportional=thrust.proportional,
             integral=thrust.integral,
@@ -94,6 +99,101 @@ def make_stack(
             math.radians(vehicle.tilt_limit_deg), vehicle.climb_limit_m_s, vehicle.descent_limit_m_s
         ),
     )
+
+
+def l1_gains(l1: L1Config) -> L1Gains:
+    """The L1 controller's gains from its section.
+
+    Raises:
+        ConfigError: an M(s) or C(s) that the law is not made for.
+    """
+    try:
+        return L1Gains(
+            reference_model=_transfer_functions(l1.m, l1.reference_model),
+            low_pass=_transfer_functions(l1.omega, l1.low_pass),
+            gain_k=l1.k,
+            gamma=l1.gamma,
+            sigma_bound=l1.sigma_bound,
+            projection_margin=l1.projection_margin,
+            discretisation=l1.discretisation,
+        )
+    except ValueError as error:
+        raise ConfigError(f"controller, section l1: {error}.") from error
+
+
+def position_model(controller: ControllerConfig) -> PositionModel | None:
+    """D(s) as the outer controller knows it; None if there is none of second order."""
+    if controller.mpc_model is not None:
+        return PositionModel(controller.mpc_model.m, controller.mpc_model.k)
+    if controller.l1 is not None and controller.l1.m is not None:
+        return PositionModel(controller.l1.m, controller.l1.k)
+    return None
+
+
+def _transfer_functions(
+    bandwidths: tuple[float, ...] | None, functions: tuple[TransferFunctionConfig, ...] | None
+) -> tuple[TransferFunction, ...]:
+    if bandwidths is not None:
+        return tuple(first_order(value) for value in bandwidths)
+    assert functions is not None
+    return tuple(TransferFunction(f.numerator, f.denominator) for f in functions)
+
+
+def _pid_gains(pid: PidConfig) -> PidGains:
+    return PidGains(pid.kp, pid.ki, pid.kd, pid.integral_limit)
+
+
+def _outer(
+    controller: ControllerConfig,
+    vehicle: VehicleConfig,
+    mission: MissionConfig,
+    make_solver: QpSolverFactory | None,
+) -> OuterController:
+    model = position_model(controller)
+    if controller.mpc is not None:
+        assert model is not None
+        return _mpc(controller.mpc, model, vehicle, mission, make_solver)
+    if controller.outer_pid is not None:
+        return FeedbackController(_pid_gains(controller.outer_pid))
+    if controller.lqr is not None:
+        assert model is not None
+        lqr = controller.lqr
+        weights = LqrWeights(lqr.position, lqr.velocity, lqr.integral, lqr.reference)
+        try:
+            gains = lqr_gains(model, weights, lqr.period_s, lqr.integral_limit)
+        except ValueError as error:
+            raise ConfigError(f"controller, section lqr: {error}.") from error
+        return FeedbackController(gains, lqr.period_s)
+    return direct(3)
+
+
+def _inner(controller: ControllerConfig) -> InnerController:
+    if controller.l1 is not None:
+        return L1Controller(l1_gains(controller.l1))
+    assert controller.inner_pid is not None
+    return PidController(_pid_gains(controller.inner_pid))
+
+
+def _mpc(
+    mpc: MpcConfig,
+    model: PositionModel,
+    vehicle: VehicleConfig,
+    mission: MissionConfig,
+    make_solver: QpSolverFactory | None,
+) -> Mpc:
+    speed = vehicle.speed_limit_m_s
+    settings = MpcSettings(
+        model=model,
+        period_s=mpc.period_s,
+        horizon=mpc.horizon,
+        weights=Weights(mpc.q, mpc.r, mpc.s),
+        r_max_m_s2=mpc.r_max_m_s2,
+        velocity_limit_m_s=(speed, speed, max(vehicle.climb_limit_m_s, vehicle.descent_limit_m_s)),
+        box_low_m=mission.geofence.low_m,
+        box_high_m=mission.geofence.high_m,
+        penalise_absolute_r=mpc.penalise == "absolute_r",
+    )
+    return Mpc(settings, make_solver or _SOLVERS[mpc.solver])
 
 
 def supervisor_limits(mission: MissionConfig) -> SupervisorLimits:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from companion.control import thrust
-from companion.control.frameworks import Command, MpcL1, StackMemory, StackRecord, Tick
-from companion.control.mpc import MpcStatus
+from companion.control.frameworks import Command, Stack, StackMemory, StackRecord, Tick
+from companion.control.mpc import MpcRecord, MpcStatus
 from companion.control.reference_model import Array
 from companion.flight.supervisor import (
     RESTARTING,
@@ -54,7 +54,7 @@ class ControlLoop:
     autopilot waits for a stream before it changes the mode.
     """
 
-    def __init__(self, stack: MpcL1, limits: SupervisorLimits) -> None:
+    def __init__(self, stack: Stack, limits: SupervisorLimits) -> None:
         self._stack = stack
         self._limits = limits
         self._supervisor = SupervisorMemory()
@@ -170,7 +170,7 @@ class ControlLoop:
             advanced, command, record = self._stack.step(memory, tick, timeline.position)
         except Exception as error:
             return None, None, f"the controller failed ({type(error).__name__}: {error})"
-        if record.outer is not None:
+        if isinstance(record.outer, MpcRecord):
             self._plan_status = record.outer.status
         finite = all(math.isfinite(c) for c in (*command.attitude_flu_to_enu, command.thrust))
         if not finite or not 0.0 <= command.thrust <= 1.0:

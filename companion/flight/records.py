@@ -1,6 +1,6 @@
 """The records of a flight: what each tick and each plan says about itself.
 
-The field tables make the log's schemas; `control_record` and `plan_record` fill them.
+The field tables make the log's schemas; the functions fill them.
 """
 
 import math
@@ -8,6 +8,7 @@ from typing import Any
 
 from companion.control.frameworks import StackRecord
 from companion.control.mpc import MpcRecord
+from companion.control.pid import PidTerms
 from companion.control.reference_model import Array
 from companion.flight.control_loop import Output
 from companion.recording.schema import ChannelSpec, Field
@@ -60,13 +61,24 @@ PLAN = ChannelSpec(
     "one record for each run of the outer controller",
 )
 
+FEEDBACK = ChannelSpec(
+    "feedback",
+    (
+        Field("autopilot_time_s", description="autopilot's clock at the sample"),
+        Field("proportional_m", "array", "part of r2 - y2*"),
+        Field("integral_m", "array", "part of r2 - y2*"),
+        Field("derivative_m", "array", "part of r2 - y2*"),
+    ),
+    "one record for each run of an outer controller without a plan",
+)
+
 EVENT = ChannelSpec(
     "event",
     (Field("severity", "string"), Field("text", "string")),
     "what a person was told",
 )
 
-CHANNELS = (CONTROL, PLAN, EVENT)
+CHANNELS = (CONTROL, PLAN, FEEDBACK, EVENT)
 
 _NO_VECTOR = (math.nan,) * 3
 _NO_QUATERNION = (math.nan,) * 4
@@ -180,4 +192,14 @@ def plan_record(autopilot_time_s: float, plan: MpcRecord) -> dict[str, Any]:
         "solver_status": plan.solver_status,
         "solver_iterations": plan.iterations,
         "predicted_end_enu_m": predicted[-1].tolist() if len(predicted) else _NO_VECTOR,
+    }
+
+
+def feedback_record(autopilot_time_s: float, terms: PidTerms) -> dict[str, Any]:
+    """Record of a run of an outer controller without a plan."""
+    return {
+        "autopilot_time_s": autopilot_time_s,
+        "proportional_m": terms.proportional.tolist(),
+        "integral_m": terms.integral.tolist(),
+        "derivative_m": terms.derivative.tolist(),
     }

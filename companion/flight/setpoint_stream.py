@@ -11,11 +11,17 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from companion.control.mpc import MpcRecord
 from companion.flight.announcer import Announcer, Condition
 from companion.flight.connection import Connection
 from companion.flight.control_loop import ControlLoop, Output
 from companion.flight.observer import TickView
-from companion.flight.records import control_record, plan_record, silence_record
+from companion.flight.records import (
+    control_record,
+    feedback_record,
+    plan_record,
+    silence_record,
+)
 from companion.flight.supervisor import Rung
 from companion.flight.timing import Punctuality
 from companion.flight.voice import RecordLog, Voice
@@ -232,11 +238,13 @@ class SetpointStream:
             received_s,
             lambda: control_record(state, output, desired, phase, timing_s, computed_us),
         )
-        plan = output.stack.outer if output.stack is not None else None
-        if plan is not None:
+        outer = output.stack.outer if output.stack is not None else None
+        if isinstance(outer, MpcRecord):
             self.plans += 1
-            self.plans_at_r_max += plan.r_max_active
-            self._keep("plan", received_s, lambda: plan_record(state.time_s, plan))
+            self.plans_at_r_max += outer.r_max_active
+            self._keep("plan", received_s, lambda: plan_record(state.time_s, outer))
+        elif outer is not None:
+            self._keep("feedback", received_s, lambda: feedback_record(state.time_s, outer))
         if timeline is None or desired is None or output.attitude_flu_to_enu is None:
             return
         error = math.dist(desired.tolist(), state.position_enu_m)

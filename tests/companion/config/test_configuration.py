@@ -109,7 +109,28 @@ def test_a_number_with_an_exponent_is_a_number():
 
 def test_a_missing_key():
     text = fault("framework: mpc-l1\nsource: x\nl1:\n  m: [1, 1, 1]", ControllerConfig)
-    assert "m.yaml, line 3: key 'l1.omega' is missing. Add it." in text
+    assert "m.yaml, line 3: key 'l1.gamma' is missing. Add it." in text
+
+
+FLAT = "k: [1, 1, 1], gamma: [1, 1, 1]"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "framework: pid-l1\nsource: x\nl1: {m: [1, 1, 1], omega: [1, 1, 1], %s}",
+            "needs 'outer_pid'",
+        ),
+        (
+            "framework: l1\nsource: x\nmpc: {}\nl1: {m: [1, 1, 1], omega: [1, 1, 1], %s}",
+            "has no 'mpc'",
+        ),
+        ("framework: l1\nsource: x\nl1: {m: [1, 1, 1], %s}", "give omega or low_pass"),
+    ],
+)
+def test_a_framework_reads_its_own_sections_and_no_others(text, says):
+    assert says in fault(text % FLAT, ControllerConfig)
 
 
 def test_keys_that_do_not_go_together():
@@ -246,7 +267,11 @@ def test_options_win_over_the_file_and_set_over_both(tmp_path):
     ("key", "says"),
     [
         ("vehicle", "unknown vehicle 'nope'. Give a YAML file or one of: bebop2, sih_quadx, x500."),
-        ("controller", "unknown controller 'nope'. Give a YAML file or one of: mpc-l1."),
+        (
+            "controller",
+            "unknown controller 'nope'. Give a YAML file or one of: l1, lqr-l1, mpc-l1, mpc-pid, "
+            "pid, pid-l1.",
+        ),
     ],
 )
 def test_an_unknown_name_is_told_with_the_known_ones(key, says):

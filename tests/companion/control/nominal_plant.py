@@ -8,7 +8,7 @@ from collections import deque
 
 import numpy as np
 
-from companion.control.frameworks import MpcL1, Tick
+from companion.control.frameworks import Stack, Tick
 from companion.frames import euler_from_quaternion, quaternion_from_euler, rotate
 from companion.vehicle_state import VehicleState
 
@@ -18,7 +18,7 @@ class FlownAwayError(Exception):
 
 
 def fly(
-    stack: MpcL1,
+    stack: Stack,
     reference,
     duration_s: float,
     *,

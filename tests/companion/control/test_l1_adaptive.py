@@ -1,15 +1,19 @@
 """The L1 law: exactness of its discretisation, projection, bumpless start, and what it does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from companion.control import l1_adaptive
-from companion.control.l1_adaptive import L1Gains
+from companion.control.l1_adaptive import L1Gains, first_order_gains
+from companion.control.transfer_function import TransferFunction, first_order
 
-GAINS = L1Gains(
-    m=(0.5, 0.5, 3.75),
+M = (0.5, 0.5, 3.75)
+GAINS = first_order_gains(
+    m=M,
     omega=(0.25, 0.25, 4.0),
     gain_k=(0.8, 0.8, 0.55),
     gamma=(500.0, 500.0, 1000.0),
@@ -19,8 +23,8 @@ GAINS = L1Gains(
 
 def integrate_finely(gains, memory, u, y_before, y_after, dt, pieces=20000):
     """Predictor and adaptation law by tiny RK4 steps, velocity linear in time, no projection."""
-    m, gamma = np.array(gains.m), np.array(gains.gamma)
-    y, sigma = memory.predicted_velocity_m_s.copy(), memory.sigma_hat.copy()
+    m, gamma = np.array(M), np.array(gains.gamma)
+    y, sigma = memory.predictor[:, 0].copy(), memory.sigma_hat.copy()
     h = dt / pieces
 
     def rate(y, sigma, t):
@@ -40,13 +44,13 @@ def integrate_finely(gains, memory, u, y_before, y_after, dt, pieces=20000):
 
 @pytest.mark.parametrize("dt", [0.004, 0.01, 0.05])
 def test_a_step_is_exact_for_any_interval(dt):
-    memory = l1_adaptive.start(np.array([0.3, -0.2, 0.1]), np.array([0.05, -0.02, 0.1]))
+    memory = l1_adaptive.start(GAINS, np.array([0.3, -0.2, 0.1]), np.array([0.05, -0.02, 0.1]))
     after = np.array([0.35, -0.15, 0.05])
     expected_y, expected_sigma = integrate_finely(
         GAINS, memory, memory.applied_u, memory.last_velocity_m_s, after, dt, pieces=2000
     )
     advanced, _ = l1_adaptive.step(GAINS, memory, np.zeros(3), np.zeros(3), after, dt)
-    np.testing.assert_allclose(advanced.predicted_velocity_m_s, expected_y, atol=1e-9)
+    np.testing.assert_allclose(advanced.predictor[:, 0], expected_y, atol=1e-9)
     np.testing.assert_allclose(advanced.sigma_hat, expected_sigma, atol=1e-7)
 
 
@@ -56,32 +60,32 @@ def test_a_step_is_exact_for_any_interval(dt):
 )
 def test_two_steps_under_a_constant_velocity_equal_one_of_their_sum(first, second, velocity):
     """The law of composition of an exact discretisation, for what is held over both."""
-    start = l1_adaptive.start(np.full(3, velocity), np.array([0.1, -0.1, 0.2]))
+    start = l1_adaptive.start(GAINS, np.full(3, velocity), np.array([0.1, -0.1, 0.2]))
     y = np.full(3, velocity)
     one, _ = l1_adaptive.step(GAINS, start, y, y, y, (first + second) * 1e-3)
     half, _ = l1_adaptive.step(GAINS, start, y, y, y, first * 1e-3)
     held = l1_adaptive.with_applied(half, start.applied_u)
     two, _ = l1_adaptive.step(GAINS, held, y, y, y, second * 1e-3)
-    np.testing.assert_allclose(two.predicted_velocity_m_s, one.predicted_velocity_m_s, atol=1e-9)
+    np.testing.assert_allclose(two.predictor[:, 0], one.predictor[:, 0], atol=1e-9)
     np.testing.assert_allclose(two.sigma_hat, one.sigma_hat, atol=1e-7)
 
 
 def test_it_starts_without_a_bump():
     """At rest in its own terms: nothing moves until the reference or the velocity does."""
     velocity, u = np.array([0.4, -0.3, 0.2]), np.array([0.05, 0.1, 0.2])
-    memory = l1_adaptive.start(velocity, u)
+    memory = l1_adaptive.start(GAINS, velocity, u)
     position = np.array([1.0, 2.0, 3.0])
     r2 = position + velocity / np.array(GAINS.gain_k)
     advanced, record = l1_adaptive.step(GAINS, memory, r2, position, velocity, 0.01)
     np.testing.assert_allclose(record.y_tilde_m_s, 0.0, atol=1e-9)
     np.testing.assert_allclose(record.u, u, atol=1e-9)
-    np.testing.assert_allclose(advanced.filtered_u, u, atol=1e-9)
+    np.testing.assert_allclose(advanced.low_pass[:, 0], u, atol=1e-9)
 
 
 def test_a_constant_disturbance_is_cancelled():
     """On y1' = -m y1 + m (u + d) the law brings y1 to r1 whatever d is: C(0) = 1."""
-    gains = L1Gains((0.5,), (2.0,), (1.0,), (1000.0,), (8.0,))
-    memory = l1_adaptive.start(np.zeros(1), np.zeros(1))
+    gains = first_order_gains((0.5,), (2.0,), (1.0,), (1000.0,), (8.0,))
+    memory = l1_adaptive.start(gains, np.zeros(1), np.zeros(1))
     y, disturbance, dt = np.zeros(1), 0.7, 0.01
     r1 = 0.3
     for _ in range(6000):
@@ -97,7 +101,7 @@ def test_a_constant_disturbance_is_cancelled():
     dt_ms=st.integers(4, 50),
 )
 def test_the_estimate_never_leaves_its_bound(velocities, dt_ms):
-    memory = l1_adaptive.start(np.zeros(3), np.zeros(3))
+    memory = l1_adaptive.start(GAINS, np.zeros(3), np.zeros(3))
     for velocity in velocities:
         memory, record = l1_adaptive.step(
             GAINS, memory, np.zeros(3), np.zeros(3), np.full(3, velocity), dt_ms * 1e-3
@@ -108,7 +112,7 @@ def test_the_estimate_never_leaves_its_bound(velocities, dt_ms):
 
 def test_projection_says_that_it_acts_and_lets_go_again():
     """A velocity that runs away from any prediction drives the estimate to its bound."""
-    memory = l1_adaptive.start(np.zeros(3), np.zeros(3))
+    memory = l1_adaptive.start(GAINS, np.zeros(3), np.zeros(3))
     acted = False
     velocity = np.zeros(3)
     for _ in range(200):
@@ -129,7 +133,7 @@ def test_projection_says_that_it_acts_and_lets_go_again():
 
 def euler_step(gains, y_hat, sigma, u, velocity, dt):
     """The same law by an explicit Euler step, for comparison."""
-    m, gamma = gains.m[0], gains.gamma[0]
+    m, gamma = M[0], gains.gamma[0]
     y_next = y_hat + dt * (-m * y_hat + m * (u + sigma))
     return y_next, sigma - dt * gamma * (y_hat - velocity)
 
@@ -137,12 +141,106 @@ def euler_step(gains, y_hat, sigma, u, velocity, dt):
 def test_the_exact_step_stays_calm_where_explicit_euler_diverges():
     """m Γ dt² = 12.5: Euler's growth per step is beyond 1 for any dt, and violent here."""
     gains, dt = GAINS, 0.05
-    memory = l1_adaptive.start(np.zeros(3), np.zeros(3))
+    memory = l1_adaptive.start(GAINS, np.zeros(3), np.zeros(3))
     y_hat, sigma = 0.0, 0.0
     for _ in range(200):
         memory = l1_adaptive.with_applied(memory, np.zeros(3))
         memory, _ = l1_adaptive.step(gains, memory, np.zeros(3), np.zeros(3), np.full(3, 0.1), dt)
         y_hat, sigma = euler_step(gains, y_hat, sigma, 0.0, 0.1, dt)
         y_hat, sigma = float(np.clip(y_hat, -1e9, 1e9)), float(np.clip(sigma, -1e9, 1e9))
-    assert abs(memory.predicted_velocity_m_s[0] - 0.1) < 0.01
+    assert abs(memory.predictor[0, 0] - 0.1) < 0.01
     assert abs(y_hat) > 1e6
+
+
+# General M(s) and C(s)
+
+SECOND_ORDER_M = TransferFunction((1.5, 1.0), (1.0, 2.0, 1.0))
+SECOND_ORDER_C = TransferFunction((4.0,), (1.0, 2.8, 4.0))
+
+
+def test_axes_of_different_orders_do_not_touch_each_other():
+    """One law over three axes is three laws of one axis."""
+    models = (first_order(0.5), SECOND_ORDER_M, first_order(3.0))
+    filters = (SECOND_ORDER_C, first_order(2.0), SECOND_ORDER_C)
+    rest = ((0.8, 0.7, 0.6), (300.0, 200.0, 1000.0), (0.5, 8.0, 8.0))
+    whole = L1Gains(models, filters, *rest)
+    parts = [
+        L1Gains((models[i],), (filters[i],), *((values[i],) for values in rest)) for i in range(3)
+    ]
+    rng = np.random.default_rng(1)
+    velocity, u = rng.standard_normal(3), rng.standard_normal(3) * 0.1
+    together = l1_adaptive.start(whole, velocity, u)
+    apart = [l1_adaptive.start(p, velocity[[i]], u[[i]]) for i, p in enumerate(parts)]
+    for _ in range(60):
+        velocity, r2, position = rng.standard_normal((3, 3))
+        together, record = l1_adaptive.step(whole, together, r2, position, velocity, 0.01)
+        for i, part in enumerate(parts):
+            apart[i], one = l1_adaptive.step(
+                part, apart[i], r2[[i]], position[[i]], velocity[[i]], 0.01
+            )
+            np.testing.assert_allclose(one.u[0], record.u[i], atol=1e-12)
+            np.testing.assert_allclose(one.sigma_hat[0], record.sigma_hat[i], atol=1e-12)
+
+
+@pytest.mark.parametrize("model", [first_order(0.5), SECOND_ORDER_M])
+@pytest.mark.parametrize("low_pass", [first_order(2.0), SECOND_ORDER_C])
+def test_a_constant_disturbance_is_cancelled_for_any_model_and_filter(model, low_pass):
+    """On y1 = M(s) (u + d) the velocity ends at r1, and σ̂ at d."""
+    gains = L1Gains((model,), (low_pass,), (1.0,), (1000.0,), (8.0,))
+    memory = l1_adaptive.start(gains, np.zeros(1), np.zeros(1))
+    a, b, c = model.state_space()
+    state, dt = np.zeros(model.order), 0.002
+    for _ in range(15000):
+        memory, record = l1_adaptive.step(
+            gains, memory, np.array([0.3]), np.zeros(1), np.array([c @ state]), dt
+        )
+        state = state + dt * (a @ state + b * (record.u[0] + 0.7))
+    assert c @ state == pytest.approx(0.3, abs=1e-3)
+    assert memory.sigma_hat[0] == pytest.approx(0.7, abs=1e-2)
+
+
+def test_a_general_law_starts_without_a_bump_and_takes_what_was_applied():
+    gains = L1Gains((SECOND_ORDER_M,), (SECOND_ORDER_C,), (1.0,), (300.0,), (8.0,))
+    velocity, u = np.array([0.4]), np.array([0.1])
+    memory = l1_adaptive.start(gains, velocity, u)
+    r2 = velocity / 1.0
+    memory, record = l1_adaptive.step(gains, memory, r2, np.zeros(1), velocity, 0.01)
+    np.testing.assert_allclose(record.u, u, atol=1e-9)
+    np.testing.assert_allclose(record.y_tilde_m_s, 0.0, atol=1e-9)
+    held = l1_adaptive.with_applied(memory, np.array([0.02]))
+    assert held.low_pass[0, 0] == held.applied_u[0] == 0.02
+
+
+@pytest.mark.parametrize(
+    ("model", "low_pass", "says"),
+    [
+        (TransferFunction((1.0,), (1.0, 1.0, 1.0)), first_order(1.0), "strictly positive real"),
+        (TransferFunction((1.0,), (1.0, 2.0)), first_order(1.0), "gain 1"),
+        (first_order(1.0), TransferFunction((1.0,), (1.0, -1.0)), "stable"),
+        (first_order(1.0), TransferFunction((1.0,), (1.0, 2.0)), r"C\(0\)"),
+    ],
+)
+def test_models_and_filters_that_the_law_is_not_made_for_are_refused(model, low_pass, says):
+    with pytest.raises(ValueError, match=says):
+        L1Gains((model,), (low_pass,), (1.0,), (1.0,), (1.0,))
+
+
+@settings(deadline=None, derandomize=True)
+@given(zero=st.floats(0.05, 20), damping=st.floats(0.05, 3), frequency=st.floats(0.2, 20))
+def test_strict_positive_realness_agrees_with_the_frequency_response(zero, damping, frequency):
+    """(s + z) / (s² + 2 ζ ω s + ω²) is strictly positive real exactly for z < 2 ζ ω."""
+    sum_of_poles = 2.0 * damping * frequency
+    function = TransferFunction((1.0, zero), (1.0, sum_of_poles, frequency**2))
+    if abs(zero - sum_of_poles) > 1e-6:
+        assert function.strictly_positive_real == (zero < sum_of_poles)
+
+
+def test_the_euler_step_can_be_chosen_and_is_the_textbook_one():
+    gains = replace(GAINS, discretisation="euler")
+    memory = l1_adaptive.start(gains, np.array([0.3, -0.2, 0.1]), np.array([0.05, -0.02, 0.1]))
+    memory = replace(memory, sigma_hat=memory.sigma_hat + 0.1)
+    expected = euler_step(
+        gains, memory.predictor[0, 0], memory.sigma_hat[0], memory.applied_u[0], 0.3, 0.01
+    )
+    after, _ = l1_adaptive.step(gains, memory, np.zeros(3), np.zeros(3), np.full(3, 0.9), 0.01)
+    np.testing.assert_allclose((after.predictor[0, 0], after.sigma_hat[0]), expected, atol=1e-12)

@@ -9,15 +9,14 @@ from companion.control.mpc import Mpc, MpcSettings
 from companion.control.qp.condensed import Weights, condense
 from companion.control.qp.osqp_solver import OsqpSolver
 from companion.control.qp.port import QpSolution
-from companion.control.reference_model import discretise_position_model
+from companion.control.reference_model import PositionModel, discretise_position_model
 
 M, K = (0.5, 0.6, 3.75), (0.8, 0.7, 0.55)
 
 
 def make(**changes):
     defaults = {
-        "m": M,
-        "gain_k": K,
+        "model": PositionModel(M, K),
         "period_s": 0.03,
         "horizon": 20,
         "weights": Weights(17.0, 0.08, 0.02),
@@ -38,7 +37,7 @@ def preview_of(mpc, origin=(0.0, 0.0, 1.0), speed=1.0):
 def cost_by_simulation(mpc, plan, position, velocity, preview, previous):
     """The paper's cost, summed up along the discretised D(s), with no matrix of the MPC."""
     s = mpc.settings
-    a, b = discretise_position_model(np.array(s.m), np.array(s.gain_k), s.period_s)
+    a, b = discretise_position_model(np.array(s.model.m), np.array(s.model.gain_k), s.period_s)
     state = np.stack([position, velocity], axis=1)
     total, last = 0.0, previous
     for k, r in enumerate(plan):
@@ -72,7 +71,7 @@ def test_the_prediction_is_where_the_plan_leads():
     position, velocity = np.array([0.1, -0.2, 1.1]), np.array([0.5, 0.1, -0.1])
     plan, record = mpc.plan(mpc.start(position), position, velocity, preview_of(mpc))
     s = mpc.settings
-    a, b = discretise_position_model(np.array(s.m), np.array(s.gain_k), s.period_s)
+    a, b = discretise_position_model(np.array(s.model.m), np.array(s.model.gain_k), s.period_s)
     state = np.stack([position, velocity], axis=1)
     for k, r in enumerate(plan):
         state = np.einsum("aij,aj->ai", a, state) + b * r[:, None]
@@ -161,7 +160,8 @@ def test_a_failed_solve_falls_back_to_the_shifted_plan_then_to_the_clipped_close
     preview = preview_of(free, speed=2.0)
     memory, _, _ = free.step(free.start(position), position, velocity, preview)
     settings_ = MpcSettings(
-        M, K, 0.03, 20, Weights(17.0, 0.08, 0.02), 20.0, (1e3,) * 3, (-1e3,) * 3, (1e3,) * 3,
+        PositionModel(M, K), 0.03, 20, Weights(17.0, 0.08, 0.02), 20.0,
+        (1e3,) * 3, (-1e3,) * 3, (1e3,) * 3,
         shifted_plans_at_most=2,
     )  # fmt: skip
     failing = Mpc(settings_, lambda p, a: FailingSolver())

@@ -1,0 +1,54 @@
+"""The outer controllers without a preview: PID-L1, LQR-L1, and r2 given directly (`l1`)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.control import pid
+from companion.control.pid import PidGains, PidMemory, PidTerms
+from companion.control.reference_model import Array, PositionModel
+
+_NOW = np.zeros(1)
+
+
+@dataclass(frozen=True, slots=True)
+class FeedbackController:
+    """``r2 = y2* + PID(y2* - y2)`` from the state as measured and the y2* of that time."""
+
+    gains: PidGains
+    period_s: float = 0.0
+
+    @property
+    def model(self) -> PositionModel | None:
+        """None: the state is not carried over the delay."""
+        return None
+
+    @property
+    def preview_times_s(self) -> Array:
+        """Now, and nothing of the future."""
+        return _NOW
+
+    def start(self, r_m: Array) -> PidMemory:
+        """Memory with an empty integral."""
+        return pid.start(np.zeros_like(r_m))
+
+    def step(
+        self,
+        memory: PidMemory,
+        position_m: Array,
+        velocity_m_s: Array,
+        preview_m: Array,
+        dt_s: float,
+    ) -> tuple[PidMemory, Array, PidTerms]:
+        """The reference r2 (axes,); preview_m (1, axes) is the present y2*."""
+        desired = preview_m[0]
+        memory, correction, terms = pid.step(
+            self.gains, memory, desired - position_m, velocity_m_s, dt_s
+        )
+        return memory, desired + correction, terms
+
+
+def direct(axes: int) -> FeedbackController:
+    """The controller that gives r2 = y2*."""
+    nothing = (0.0,) * axes
+    return FeedbackController(PidGains(nothing, nothing, nothing, nothing))

@@ -1,0 +1,81 @@
+"""What every outer and every inner controller offers, so that any two make a stack."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from companion.control.mpc import MpcRecord
+from companion.control.pid import PidTerms
+from companion.control.reference_model import Array, PositionModel
+
+OuterRecord = MpcRecord | PidTerms
+"""Why the position reference r2 is what it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class InnerRecord:
+    """Why u is what it is; each array is (axes,), NaN where a controller has no such thing."""
+
+    u: Array
+    r1_m_s: Array
+    """Velocity reference."""
+    y_tilde_m_s: Array
+    """ỹ: error of the output predictor."""
+    sigma_hat: Array
+    """σ̂, in the unit of u."""
+    projecting: bool = False
+    """The projection held σ̂ back on some axis."""
+
+
+class OuterController(Protocol):
+    """From the desired trajectory and the state to the position reference r2.
+
+    Its memory is its own affair; whoever runs it hands it back unread.
+    """
+
+    @property
+    def period_s(self) -> float:
+        """Time between two runs, s; 0 for one at each sample of the state."""
+
+    @property
+    def model(self) -> PositionModel | None:
+        """What the state is carried over the loop's delay by.
+
+        None for a controller that sees the state as measured, and the reference of that time.
+        """
+
+    @property
+    def preview_times_s(self) -> Array:
+        """(k,) times from now at which `step` wants the desired position; the first is 0."""
+
+    def start(self, r_m: Array) -> Any:  # noqa: ANN401 - its own memory
+        """Memory with which a reference r (axes,) continues without a bump."""
+
+    def step(
+        self,
+        memory: Any,  # noqa: ANN401
+        position_m: Array,
+        velocity_m_s: Array,
+        preview_m: Array,
+        dt_s: float,
+    ) -> tuple[Any, Array, OuterRecord]:
+        """The reference r2 (axes,) for a state and a preview (k, axes), dt_s after the last one."""
+
+
+class InnerController(Protocol):
+    """From the position reference r2 and the state to the control input u."""
+
+    def start(self, position_m: Array, velocity_m_s: Array, u: Array) -> tuple[Any, Array]:
+        """Memory with which u (axes,) continues without a bump, and the r2 that belongs to it."""
+
+    def step(
+        self,
+        memory: Any,  # noqa: ANN401
+        r2_m: Array,
+        position_m: Array,
+        velocity_m_s: Array,
+        dt_s: float,
+    ) -> tuple[Any, InnerRecord]:
+        """The control input for a sample, dt_s after the last one."""
+
+    def with_applied(self, memory: Any, applied_u: Array) -> Any:  # noqa: ANN401
+        """Memory that knows what the limits after the controller left of u (axes,)."""
