@@ -1,0 +1,139 @@
+"""Many simulated flights over the processors, each kept as it ends, so that a study resumes."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from companion.experiments.flight_store import (
+    FAILED,
+    Summary,
+    flight_path,
+    need_pyarrow,
+    read_summary,
+    summarise,
+    write_flight,
+)
+from companion.experiments.flight_task import FlightTask
+from companion.experiments.fly_task import fly_task
+from companion.experiments.workers import Failure, Workers
+
+Progress = Callable[[int, int, float | None], None]
+"""Told flights done, flights in all, and the seconds that remain (None: not known yet)."""
+
+
+class CampaignInterruptedError(Exception):
+    """Ctrl-C; the text says what is done and how to go on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A task on its way to a worker."""
+
+    task: FlightTask
+    key: str
+    folder: Path
+
+
+def run_campaign(
+    tasks: Sequence[FlightTask],
+    folder: Path,
+    jobs: int,
+    progress: Progress | None = None,
+    fly: Callable[[Job], Summary] | None = None,
+) -> dict[str, Summary]:
+    """Fly tasks that have not been flown before.
+
+    Flights are kept in `folder/flights/KEY.parquet`.  What is there and can be read is not flown
+    again.  A flight that raises, or whose process died twice, has the outcome "failed" and
+    the reason as its note, and no file.
+
+    Args:
+        tasks: what to fly; a key that comes twice is flown once.
+        folder: of the campaign; made if it is not there.
+        jobs: how many processes.
+        progress: told after each flight, and once before.
+        fly: what a worker does, in place of flying; a function of a module.
+
+    Returns:
+        Figures by key, in the order of the tasks.
+
+    Raises:
+        ConfigError: a task can't be flown as it stands; nothing was flown.
+        MissingExtraError: pyarrow is not installed.
+        CampaignInterruptedError: Ctrl-C.
+        OSError: the folder can't be written.
+    """
+    need_pyarrow()
+    jobs_by_key = {key: Job(task, key, folder) for task, key in ((t, t.key) for t in tasks)}
+    (folder / "flights").mkdir(parents=True, exist_ok=True)
+    found = {key: _kept(job) for key, job in jobs_by_key.items()}
+    results = {key: summary for key, summary in found.items() if summary is not None}
+    missing = [job for key, job in jobs_by_key.items() if key not in results]
+    clock = _Clock(len(results), len(jobs_by_key), progress)
+    clock.tell()
+
+    def on_done(index: int, result: Summary | Failure) -> None:
+        job = missing[index]
+        if isinstance(result, Failure):
+            result = Summary(job.key, job.task, FAILED, result.reason)
+        results[job.key] = result
+        clock.tick()
+
+    if missing:
+        try:
+            with Workers(fly or fly_and_keep, min(jobs, len(missing))) as workers:
+                workers.run(missing, on_done)
+        except KeyboardInterrupt as interrupt:
+            _sweep(folder)
+            raise CampaignInterruptedError(
+                f"interrupted: {len(results)} of {len(jobs_by_key)} flights are kept in {folder}. "
+                "The same command with the same folder goes on from there."
+            ) from interrupt
+    return {key: results[key] for key in jobs_by_key}
+
+
+def fly_and_keep(job: Job) -> Summary:
+    """What a worker does: fly, write the file, give the figures."""
+    table = fly_task(job.task)
+    write_flight(flight_path(job.folder, job.key), job.key, table)
+    return summarise(job.key, table)
+
+
+def _kept(job: Job) -> Summary | None:
+    """The figures of a flight that was flown before; None if it was not, or can't be read."""
+    path = flight_path(job.folder, job.key)
+    try:
+        return read_summary(path)
+    except (OSError, ValueError):
+        return None
+
+
+def _sweep(folder: Path) -> None:
+    """Take away what workers that were stopped left unfinished."""
+    for path in (folder / "flights").glob(".*.parquet.*"):
+        path.unlink(missing_ok=True)
+
+
+class _Clock:
+    """How far it is, and how long the rest takes at the pace so far."""
+
+    def __init__(self, done: int, total: int, progress: Progress | None) -> None:
+        self._before = done
+        self._done = done
+        self._total = total
+        self._progress = progress
+        self._started_s = time.perf_counter()
+
+    def tick(self) -> None:
+        self._done += 1
+        self.tell()
+
+    def tell(self) -> None:
+        if self._progress is None:
+            return
+        flown = self._done - self._before
+        elapsed = time.perf_counter() - self._started_s
+        rest = self._total - self._done
+        remaining = elapsed / flown * rest if flown else None
+        self._progress(self._done, self._total, 0.0 if not rest else remaining)
