@@ -8,14 +8,17 @@ import asyncio
 import contextlib
 from collections.abc import Callable
 
+import numpy as np
+
 from companion.config.resolve import FlightConfig
 from companion.control.qp.port import QpSolverFactory
 from companion.flight.clock import run_in_virtual_time
 from companion.flight.conduct import Outcome, conduct
+from companion.flight.crew import FlightScope
 from companion.flight.errors import ShimRefusedError
 from companion.flight.inbox import Inbox
 from companion.flight.observer import Observer
-from companion.flight.shim_process import ShimOptions
+from companion.flight.shim_process import ShimOptions, with_state_rate
 from companion.flight.signals import commands_by_signal
 from companion.link.memory import MemoryLink
 from companion.recording.flight_log import FlightLog
@@ -37,6 +40,7 @@ def fly_in_lockstep(
     from_shim: Tap | None = None,
     to_shim: Tap | None = None,
     make_solver: QpSolverFactory | None = None,
+    airborne: bool = False,
 ) -> Outcome:
     """Fly the embedded shim in simulated time, as fast as the processor allows.
 
@@ -50,6 +54,9 @@ def fly_in_lockstep(
         from_shim: may change each datagram to the companion; an empty one is lost.
         to_shim: the same for the other way.
         make_solver: a QP solver in place of the configured one.
+        airborne: begin armed and holding at the trajectory's first point, and end in the air as
+            soon as the scored part is over, with the outcome ``tracked``.  For studies of many
+            flights: it saves take-off, approach, return and landing.
 
     Raises:
         ShimRefusedError: the shim can't simulate what it was asked for.
@@ -65,6 +72,7 @@ def fly_in_lockstep(
             from_shim,
             to_shim,
             make_solver,
+            airborne,
         )
     )
 
@@ -79,6 +87,7 @@ async def _fly(
     from_shim: Tap | None,
     to_shim: Tap | None,
     make_solver: QpSolverFactory | None,
+    airborne: bool,
 ) -> Outcome:
     def to_companion(data: bytes) -> None:
         arriving = data if from_shim is None else from_shim(data)
@@ -90,6 +99,7 @@ async def _fly(
         if arriving:
             shim.receive(arriving)
 
+    options = with_state_rate(options, config.mission.state_rate_hz)
     try:
         shim = shim_lockstep.LockstepShim(
             shim_lockstep.ShimOptions(
@@ -98,6 +108,9 @@ async def _fly(
                 scenario=options.scenario,
                 seed=options.seed,
                 speed=options.speed,
+                sensors=options.sensors,
+                parameters=dict(options.parameters),
+                airborne_at_enu_m=_first_point(config, trajectory) if airborne else None,
             ),
             to_companion,
         )
@@ -117,9 +130,16 @@ async def _fly(
                 observer,
                 real_time=False,
                 make_solver=make_solver,
+                scope=FlightScope.AIRBORNE if airborne else FlightScope.WHOLE,
             )
     finally:
         link.close()
         flying_shim.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await flying_shim
+
+
+def _first_point(config: FlightConfig, trajectory: Trajectory) -> tuple[float, float, float]:
+    """Where the trajectory begins in the autopilot's local frame, ENU m."""
+    east, north, up = trajectory.position(np.zeros(1))[0] + config.mission.origin_enu_m
+    return float(east), float(north), float(up)

@@ -1,6 +1,7 @@
 """The simulated vehicle: plant, estimator and autopilot, stepped together at 250 Hz."""
 
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 
 from sitl_shim.autopilot.flavours import make_autopilot
@@ -56,7 +57,8 @@ class Simulation:
 
     Raises:
         ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter, or a
-            scenario that does not suit the vehicle; the text says which and what there is.
+            scenario that does not suit the vehicle, or a start below the ground; the text says
+            which and what there is.
     """
 
     def __init__(self, options: ShimOptions) -> None:
@@ -64,6 +66,8 @@ class Simulation:
         scenario = load_scenario(options.scenario)
         _refuse_too_light(scenario, self.vehicle, options.scenario)
         airborne = options.airborne_at_enu_m
+        if airborne is not None and not (all(map(isfinite, airborne)) and airborne[2] > 0.0):
+            raise ValueError(f"a flight cannot begin in the air at {airborne} m, ENU")
         self._plant = Plant(
             self.vehicle,
             make_wind(scenario, seed=options.seed),

@@ -17,7 +17,7 @@ from companion.flight.assemble import make_stack, supervisor_limits
 from companion.flight.authority import Authority
 from companion.flight.connection import Connection
 from companion.flight.control_loop import ControlLoop
-from companion.flight.crew import Flight
+from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.inbox import Inbox
 from companion.flight.observer import Observer
@@ -31,7 +31,8 @@ from companion.mavlink.messages import VehicleStateOfHealth
 from companion.recording.flight_log import FlightLog
 from companion.trajectories.trajectory import Trajectory
 
-OutcomeName = Literal["landed", "aborted", "refused"]
+OutcomeName = Literal["landed", "tracked", "aborted", "refused"]
+"""`tracked`: begun and ended in the air, which only a simulated flight in lockstep may."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +68,7 @@ async def conduct(
     real_time: bool,
     lost: "asyncio.Future[LinkLostError] | None" = None,
     make_solver: QpSolverFactory | None = None,
+    scope: FlightScope = FlightScope.WHOLE,
 ) -> Outcome:
     """Fly over a link.
 
@@ -80,6 +82,8 @@ async def conduct(
         real_time: whether latencies mean anything.
         lost: done when it is known that the vehicle is gone (the embedded shim has died).
         make_solver: a QP solver in place of the configured one.
+        scope: whether to take over a vehicle that is in the air already.  Only for a simulated
+            one, which nobody else can be flying.
     """
     connection = Connection(link, Px4(), log)
     voice = Voice(observer, log, connection.say)
@@ -98,6 +102,7 @@ async def conduct(
         inbox,
         Authority(connection, stream, inbox, voice),
         voice,
+        scope,
     )
     connection.on_trouble = partial(voice.tell, "error")
     connection.reports.on_text = voice.heard
@@ -114,7 +119,7 @@ async def conduct(
     try:
         async with _helped(helpers, connection, stream):
             ending = await fly(flight)
-            name = "landed" if ending.landed else "aborted"
+            name = "landed" if ending.landed else "tracked" if ending.tracked else "aborted"
             completed, note = ending.completed, ending.note
     except FlightRefusedError as error:
         name, note = "refused", str(error)

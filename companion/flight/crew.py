@@ -1,6 +1,7 @@
 """What the stages of a flight work with, and what they keep of it."""
 
 from dataclasses import dataclass, field
+from enum import Enum
 
 import numpy as np
 
@@ -13,6 +14,15 @@ from companion.flight.setpoint_stream import SetpointStream
 from companion.flight.timeline import Timeline
 from companion.flight.voice import Voice
 from companion.trajectories.trajectory import Trajectory
+
+
+class FlightScope(Enum):
+    """What of a flight the companion flies."""
+
+    WHOLE = "from standing on the ground to standing on the ground"
+    """The rule: the companion takes over no flight that it did not start."""
+    AIRBORNE = "from holding in the air to the end of what is scored"
+    """Of a simulated vehicle that was made to hold in the air; nothing comes after it."""
 
 
 @dataclass(slots=True)
@@ -39,4 +49,5 @@ class Flight:
     inbox: Inbox
     authority: Authority
     voice: Voice
+    scope: FlightScope = FlightScope.WHOLE
     progress: Progress = field(default_factory=Progress)

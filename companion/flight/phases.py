@@ -7,7 +7,7 @@ vehicle is landed or left to the autopilot's own failsafe.
 from dataclasses import dataclass
 from enum import Enum
 
-from companion.flight.crew import Flight
+from companion.flight.crew import Flight, FlightScope
 from companion.flight.ending import FlightOverError, land, wait_for_word
 from companion.flight.errors import (
     DisarmedError,
@@ -27,6 +27,8 @@ class Ending:
 
     landed: bool
     """The vehicle is on the ground and disarmed, by the companion's landing."""
+    tracked: bool
+    """It ended in the air, as was asked for, with all that is scored flown."""
     completed: bool
     """The trajectory was flown to its end."""
     note: str
@@ -40,7 +42,7 @@ class _Stage(Enum):
 
 
 async def fly(flight: Flight) -> Ending:
-    """Fly the mission from connecting to landing.
+    """Fly the mission from connecting to landing, or what the flight's scope is of it.
 
     Raises:
         FlightRefusedError: nothing was armed.
@@ -48,13 +50,18 @@ async def fly(flight: Flight) -> Ending:
     """
     flight.inbox.on_put = flight.authority.on_command
     await prepare(flight)
-    await arm_vehicle(flight)
+    if flight.scope is FlightScope.WHOLE:
+        await arm_vehicle(flight)
     return await _fly_armed(flight)
 
 
 async def _fly_armed(flight: Flight) -> Ending:
-    """From armed to disarmed; every way out of here ends on the ground or with the autopilot."""
-    stage = _Stage.TAKE_OFF
+    """From armed to disarmed; every way out of here ends on the ground or with the autopilot.
+
+    But a flight that was to begin in the air ends there.
+    """
+    in_air = flight.scope is FlightScope.AIRBORNE
+    stage = _Stage.FLY if in_air else _Stage.TAKE_OFF
     note = ""
     trouble: FlightAbortedError | None = None
     while True:
@@ -64,6 +71,8 @@ async def _fly_armed(flight: Flight) -> Ending:
                 stage = _Stage.FLY
             if stage is _Stage.FLY:
                 await track(flight, await engage(flight))
+                if in_air:
+                    return Ending(False, True, flight.progress.completed, "")
                 stage = _Stage.LAND
             await land(flight)
             break
@@ -95,4 +104,4 @@ def _ended(flight: Flight, landed: bool, note: str, trouble: FlightAbortedError 
     """The ending, unless something had gone wrong before the landing."""
     if trouble is not None:
         raise FlightAbortedError(f"{trouble} {'The vehicle was landed.' if landed else note}")
-    return Ending(landed, flight.progress.completed, note)
+    return Ending(landed, False, flight.progress.completed, note)

@@ -1,15 +1,15 @@
-"""Everything before the vehicle leaves the ground: connect, become ready, arm.
+"""Everything before the companion flies: connect, become ready, arm.
 
 Whatever is wrong here refuses the flight.
 """
 
-from companion.flight.crew import Flight
+from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
 from companion.flight.inbox import PilotCommand
 from companion.mavlink.commands import arm, disarm
 from companion.mavlink.exchange import Verdict
 
-_RATE_MEASURED_S = 1.0
+_RATE_MEASURED_S = {FlightScope.WHOLE: 1.0, FlightScope.AIRBORNE: 0.5}
 _SLOWEST_STATE_HZ = 30.0
 _RATE_WARNING = 0.7
 
@@ -76,7 +76,8 @@ def _stopped_by_command(flight: Flight) -> Exception | None:
     if command is PilotCommand.RESUME:
         flight.voice.tell("info", "nothing to resume: the flight has not begun")
         return None
-    return FlightRefusedError("Stopped by command before arming.")
+    before = "arming" if flight.scope is FlightScope.WHOLE else "taking over"
+    return FlightRefusedError(f"Stopped by command before {before}.")
 
 
 async def _connect(flight: Flight) -> None:
@@ -99,11 +100,7 @@ async def _connect(flight: Flight) -> None:
             f"{vehicle.autopilot}; {connection.dialect.name} has "
             f"{connection.dialect.autopilot_id}. Give the right --autopilot."
         )
-    if connection.reports.armed:
-        raise FlightRefusedError(
-            f"The vehicle is armed already (mode {connection.mode}). The companion takes over no "
-            "flight that it did not start: land and disarm, then start again."
-        )
+    _check_armed(flight)
     await connection.exchanges.request_streams(connection.target, mission.state_rate_hz)
     await connection.waiting.until(
         lambda: connection.clock.valid and connection.state is not None,
@@ -115,6 +112,21 @@ async def _connect(flight: Flight) -> None:
         ),
     )
     await _measure_rate(flight)
+
+
+def _check_armed(flight: Flight) -> None:
+    """Before a flight it is as the scope says: the companion takes over none that it may not."""
+    connection = flight.connection
+    if flight.scope is FlightScope.AIRBORNE:
+        if not connection.reports.armed:
+            raise FlightRefusedError(
+                f"The vehicle is not armed (mode {connection.mode}): it does not hold in the air."
+            )
+    elif connection.reports.armed:
+        raise FlightRefusedError(
+            f"The vehicle is armed already (mode {connection.mode}). The companion takes over no "
+            "flight that it did not start: land and disarm, then start again."
+        )
 
 
 def _what_is_missing(flight: Flight) -> str:
@@ -132,7 +144,7 @@ async def _measure_rate(flight: Flight) -> None:
     first = connection.state
     assert first is not None
     count_before = connection.samples
-    await connection.waiting.pause(_RATE_MEASURED_S)
+    await connection.waiting.pause(_RATE_MEASURED_S[flight.scope])
     last = connection.state
     assert last is not None
     span = last.time_s - first.time_s

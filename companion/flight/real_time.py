@@ -10,7 +10,12 @@ from companion.flight.command_socket import CommandServer
 from companion.flight.conduct import Outcome, conduct
 from companion.flight.inbox import Inbox
 from companion.flight.observer import Observer
-from companion.flight.shim_process import ShimOptions, ShimProcess, start_shim
+from companion.flight.shim_process import (
+    ShimOptions,
+    ShimProcess,
+    start_shim,
+    with_state_rate,
+)
 from companion.flight.signals import commands_by_signal
 from companion.link.udp import UdpLink
 from companion.link.url import parse_link_url
@@ -74,6 +79,7 @@ async def _fly(
             observer.message("warning", f"no command socket, only Ctrl-C: {error}")
         if options is not None:
             assert link.local is not None
+            options = with_state_rate(options, config.mission.state_rate_hz)
             shim = await start_shim(options, link.local[1])
         with commands_by_signal(inbox, observer):
             return await conduct(

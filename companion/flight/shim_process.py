@@ -3,12 +3,14 @@
 import asyncio
 import contextlib
 import sys
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from companion.flight.errors import LinkLostError, ShimRefusedError
 
 _STARTS_WITHIN_S = 30.0
+_DEFAULT_STATE_HZ = 125.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +22,21 @@ class ShimOptions:
     scenario: Path
     seed: int
     speed: float = 1.0
+    sensors: str | None = None
+    """A sensor profile, by name or path, in place of the vehicle's own."""
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    """Autopilot parameters that differ from the vehicle's, by name."""
+
+
+def with_state_rate(options: ShimOptions, state_rate_hz: float) -> ShimOptions:
+    """The options for a state that comes this often.
+
+    PX4's estimator publishes at 125 Hz unless its prediction period (EKF2_PREDICT_US) is set to
+    the 4 ms of its gyro's samples.
+    """
+    if state_rate_hz <= _DEFAULT_STATE_HZ:
+        return options
+    return replace(options, parameters={"EKF2_PREDICT_US": 4000.0, **options.parameters})
 
 
 class ShimProcess:
@@ -85,6 +102,8 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
         f"--scenario={options.scenario}",
         f"--seed={options.seed}",
         f"--speed={options.speed}",
+        *([] if options.sensors is None else [f"--sensors={options.sensors}"]),
+        *(f"--parameter={name}={value}" for name, value in options.parameters.items()),
         "--onboard-port=0",
         f"--onboard-remote={companion_port}",
         "--gcs-port=0",

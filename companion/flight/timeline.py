@@ -10,7 +10,7 @@ from companion.trajectories.trajectory import Array, Trajectory
 
 _STEP7_PEAK_SPEED = 35.0 / 16.0
 """Greatest slope of the smooth step over a unit of time."""
-_SHORTEST_MOVE_S = 2.0
+SHORTEST_MOVE_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +106,7 @@ def plan_timeline(
     home_m: Array,
     hover_s: float,
     speed_m_s: float,
+    shortest_approach_s: float = SHORTEST_MOVE_S,
 ) -> Timeline:
     """Reference from where the vehicle is, over the trajectory, to above where it took off.
 
@@ -117,11 +118,12 @@ def plan_timeline(
         home_m: (3,) where to return to.
         hover_s: hover before the trajectory.
         speed_m_s: greatest speed of approach and return.
+        shortest_approach_s: the approach takes at least this, however near the start is.
     """
     start = trajectory.position(np.zeros(1))[0] + origin_m
     end = trajectory.position(np.array([trajectory.end_s]))[0] + origin_m
     segments: list[Segment] = [
-        _move("approach", from_m, start, speed_m_s),
+        _move("approach", from_m, start, speed_m_s, shortest_approach_s),
         Move("hover", start, start, max(hover_s, 1e-3)),
         Track("track", trajectory, origin_m),
         Move("settle", end, end, 1.0),
@@ -135,7 +137,13 @@ def plan_timeline(
     return Timeline(start_s, tuple(segments), tuple(begins), total)
 
 
-def _move(phase: str, from_m: Array, to_m: Array, speed_m_s: float) -> Move:
+def _move(
+    phase: str,
+    from_m: Array,
+    to_m: Array,
+    speed_m_s: float,
+    shortest_s: float = SHORTEST_MOVE_S,
+) -> Move:
     distance = float(np.linalg.norm(to_m - from_m))
-    duration = max(_SHORTEST_MOVE_S, _STEP7_PEAK_SPEED * distance / speed_m_s)
+    duration = max(shortest_s, _STEP7_PEAK_SPEED * distance / speed_m_s)
     return Move(phase, np.array(from_m), np.array(to_m), duration)

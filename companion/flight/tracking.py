@@ -4,13 +4,17 @@ import math
 
 import numpy as np
 
-from companion.flight.crew import Flight
+from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError
 from companion.flight.preparation import last_texts
 from companion.flight.reports import LANDED_IN_AIR
-from companion.flight.timeline import Timeline, plan_timeline
+from companion.flight.timeline import SHORTEST_MOVE_S, Timeline, plan_timeline
 from companion.frames import yaw_of
 from companion.mavlink.exchange import Verdict
+
+_SHORTEST_APPROACH_S = {FlightScope.WHOLE: SHORTEST_MOVE_S, FlightScope.AIRBORNE: 0.2}
+_SETTLE_S = 0.2
+"""In the air until the truth of the last scored sample has come, too."""
 
 
 async def take_off(flight: Flight) -> None:
@@ -83,6 +87,7 @@ async def engage(flight: Flight) -> Timeline:
         home_m=progress.home_m,
         hover_s=mission.hover_s,
         speed_m_s=mission.approach_speed_m_s,
+        shortest_approach_s=_SHORTEST_APPROACH_S[flight.scope],
     )
     heading = 0.0 if flight.yaw.desired == "zero" else yaw_of(state.attitude_flu_to_enu)
     stream.control.engage(timeline, heading)
@@ -92,8 +97,9 @@ async def engage(flight: Flight) -> Timeline:
 
 
 async def track(flight: Flight, timeline: Timeline) -> None:
-    """Follow the timeline to its end."""
+    """Follow the timeline to its end, or as far as the flight's scope goes."""
     connection = flight.connection
+    scored_until_s = timeline.scored_s[1]
     phase = ""
 
     def over() -> bool:
@@ -104,8 +110,10 @@ async def track(flight: Flight, timeline: Timeline) -> None:
         if now_in != phase:
             phase = now_in
             flight.voice.phase(phase)
-        if state.time_s >= timeline.scored_s[1]:
+        if state.time_s >= scored_until_s:
             flight.progress.completed = True
+        if flight.scope is FlightScope.AIRBORNE:
+            return state.time_s >= scored_until_s + _SETTLE_S
         return timeline.finished(state.time_s)
 
     await connection.waiting.until(over, None, lambda: "")

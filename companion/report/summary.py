@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-_COLOURS = {"landed": "green", "refused": "red", "aborted": "yellow"}
+_COLOURS = {"landed": "green", "tracked": "green", "refused": "red", "aborted": "yellow"}
 _LABEL_CELLS = 14
 
 
