@@ -106,24 +106,20 @@ class Workers(Generic[Item, Result]):
         No more than one item a process is handed out: what waits is not touched by a death.
         """
         suspects: list[int] = []
-        waiting = iter(range(len(items)))
+        waiting = list(range(len(items)))[::-1]
         running: dict[Future[Result], int] = {}
-        exhausted = False
-        while running or not exhausted:
-            while not exhausted and len(running) < self._jobs:
-                index = next(waiting, None)
-                if index is None:
-                    exhausted = True
-                    break
+        while running or waiting:
+            broken = False
+            while waiting and len(running) < self._jobs and not broken:
+                index = waiting.pop()
                 try:
                     running[self._submit(items[index])] = index
-                except BrokenProcessPool:  # between two looks at it
-                    suspects.append(index)
-                    break
+                except BrokenProcessPool:  # a worker died since the last look
+                    waiting.append(index)
+                    broken = True
             finished, _ = concurrent.futures.wait(
                 running, return_when=concurrent.futures.FIRST_COMPLETED
             )
-            broken = False
             for future in sorted(finished, key=running.__getitem__):
                 index = running.pop(future)
                 result = _result(future)
@@ -132,7 +128,7 @@ class Workers(Generic[Item, Result]):
                     suspects.append(index)
                 else:
                     done(index, result)
-            if broken or (not running and not finished):
+            if broken:
                 suspects += running.values()
                 running.clear()
                 self._stop()
