@@ -124,6 +124,15 @@ class PidConfig(_Model):
     integral_limit: PerAxis = Field(description="Bound of the integral's part of the output.")
 
 
+class OuterPidConfig(PidConfig):
+    """The PID of PID-L1."""
+
+    derivative: Literal["measurement", "error"] = Field(
+        default="measurement",
+        description="What D acts on; that of the error contains a derivative of y2*, a preview.",
+    )
+
+
 class LqrConfig(_Model):
     """An LQR with integral action over D(s), per axis (x, y, z)."""
 
@@ -198,7 +207,7 @@ class ControllerConfig(_Model):
     mpc_model: MpcModelConfig | None = Field(
         default=None, description="What the MPC takes the PID-controlled vehicle for."
     )
-    outer_pid: PidConfig | None = Field(default=None, description="r2 = y2* + PID(y2* - y2).")
+    outer_pid: OuterPidConfig | None = Field(default=None, description="r2 = y2* + PID(y2* - y2).")
     lqr: LqrConfig | None = None
     inner_pid: PidConfig | None = Field(default=None, description="u = PID(r2 - y2).")
     thrust: ThrustConfig = ThrustConfig()

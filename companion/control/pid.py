@@ -4,8 +4,9 @@ One law in three places: outside, ``r2 = y2* + PID(y2* - y2)`` over the L1 contr
 LQR-L1 with the gains of `companion.control.lqr`); inside, ``u = PID(r2 - y2)`` below the MPC
 (MPC-PID).  With zero gains outside, r2 = y2*: the framework ``l1``.
 
-The derivative acts on the measured velocity only.  That of the error would contain ẏ2*, and
-``y2* + T ẏ2*`` is a preview of y2* by T: what these baselines must not have.
+The derivative acts on the measured velocity.  That of the error would contain ẏ2*, and ``y2* + T
+ẏ2*`` is a preview of y2* by T to first order: what these baselines must not have.  The outer
+controller can be told to take it all the same (`companion.control.feedback`), to see what it makes.
 """
 
 from dataclasses import dataclass
@@ -65,7 +66,8 @@ def step(
         gains: the gains.
         memory: from `start` or from the sample before.
         error_m: (axes,) reference minus measured position.
-        velocity_m_s: (axes,) measured velocity.
+        velocity_m_s: (axes,) rate whose negative is the derivative: the measured velocity, or
+            minus the rate of the error.
         dt_s: time since the sample before.
 
     Returns:

@@ -154,7 +154,8 @@ def _outer(
         assert model is not None
         return _mpc(controller.mpc, model, vehicle, mission, make_solver)
     if controller.outer_pid is not None:
-        return FeedbackController(_pid_gains(controller.outer_pid))
+        outer_pid = controller.outer_pid
+        return FeedbackController(_pid_gains(outer_pid), derivative=outer_pid.derivative)
     if controller.lqr is not None:
         assert model is not None
         lqr = controller.lqr

@@ -45,6 +45,16 @@ def test_the_reference_itself_is_never_differentiated():
     np.testing.assert_allclose(after - before, 3.0)
 
 
+def test_the_derivative_of_the_error_can_be_chosen_and_leads_a_moving_reference():
+    """On a reference that moves at 1 m/s with the vehicle there, D gives kd of lead."""
+    controller = FeedbackController(gains(kp=0.0, ki=0.0, kd=0.4), derivative="error")
+    memory = controller.start(np.zeros(3))
+    for k in range(3):
+        desired = np.full((1, 3), 0.01 * k)
+        memory, r2, _ = controller.step(memory, desired[0], np.zeros(3), desired, 0.01)
+    np.testing.assert_allclose(r2 - desired[0], 0.4)
+
+
 @settings(deadline=None, derandomize=True)
 @given(errors=st.lists(vectors, min_size=1, max_size=50))
 def test_the_integrals_part_stays_within_its_limit(errors):
