@@ -98,7 +98,17 @@ class Bench:
         """Let something happen a while after a phase has begun (for the first time)."""
         self.happenings.append((phase, delay_s, action))
 
-    def fly(self, *, options=None, settings=None, make_solver=None, speed=1.0, check=True):
+    def fly(
+        self,
+        *,
+        options=None,
+        settings=None,
+        make_solver=None,
+        speed=1.0,
+        check=True,
+        sensors=None,
+        airborne=False,
+    ):
         """Fly a short mission, or what the options say."""
         overrides = {"trajectory": str(self.folder / "short.csv"), "seed": 1} | (options or {})
         keys = {"hover_s": "0.2"} | (settings or {})
@@ -109,7 +119,7 @@ class Bench:
         log = FlightLog(folder, CHANNELS)
         seen = Seen(self.happenings)
         scenario = configs_folder() / "scenarios" / f"{wind}.yaml"
-        shim = ShimOptions("px4", mission.vehicle, scenario, mission.seed, speed)
+        shim = ShimOptions("px4", mission.vehicle, scenario, mission.seed, speed, sensors)
         outcome = fly_in_lockstep(
             config,
             make_trajectory(mission),
@@ -120,6 +130,7 @@ class Bench:
             from_shim=self.wire.tap_from_shim,
             to_shim=self.wire.tap_to_shim,
             make_solver=make_solver,
+            airborne=airborne,
         )
         log.close()
         assert log.trouble is None
