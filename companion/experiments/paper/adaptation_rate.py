@@ -1,0 +1,104 @@
+"""max |ỹ| against the adaptation rate Γ, with and without measurement noise.
+
+The paper: "γ0 ∝ √(1/Γ), which means that for high adaptation gains, the estimation error is bounded
+and can be made arbitrarily small."
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.experiments.flight_task import FlightTask
+from companion.experiments.paper.flights import Flights, scored, vectors
+from companion.experiments.paper.scale import VEHICLE, Scale
+from companion.report.flight_data import Array
+
+CONTROLLER = "l1"
+TRAJECTORY = 4
+SAMPLE_HZ = 250.0
+"""The fastest that the vehicle's state comes."""
+_LOST_M_S = 0.5
+"""An ỹ beyond this is no tracking error of a predictor: the loop oscillates."""
+_NOISE_RULES = 2.0
+"""Where the noisy ỹ is this many times the noise-free one, noise decides."""
+
+
+@dataclass(frozen=True, slots=True)
+class AdaptationRate:
+    """The sweep; arrays over the rates."""
+
+    gammas: Array
+    exact_m_s: Array
+    """(rates, 3) max |ỹ| per axis over the scored part, noise-free."""
+    noisy_m_s: Array
+    """The same with the vehicle's measurement noise."""
+    stable: np.ndarray
+    """(rates,) whether the noise-free loop did not oscillate."""
+    slope: float
+    """Of log max |ỹ| (of the horizontal axes, noise-free) over log Γ, where the loop is stable."""
+    slope_all: float
+    """The same over all rates, the oscillating ones too."""
+    noise_decides_from: float
+    """Least stable Γ at which noise more than doubles the horizontal |ỹ|; infinite if none."""
+    noise_floor_m_s: float
+    """Least horizontal max |ỹ| with noise."""
+    well_sampled_to: float
+    """Largest Γ of the sweep with 10 √(mΓ) samples a second, horizontal axes."""
+
+
+def _task(gamma: float, seed: int, sensors: str | None) -> FlightTask:
+    settings = (
+        ("controller.l1.gamma", f"[{gamma:g}, {gamma:g}, {gamma:g}]"),
+        ("state_rate_hz", f"{SAMPLE_HZ:g}"),
+    )
+    return FlightTask(CONTROLLER, TRAJECTORY, "calm", seed, VEHICLE, settings, sensors)
+
+
+def tasks(scale: Scale) -> list[FlightTask]:
+    """What is flown."""
+    return [
+        _task(gamma, scale.seeds[0], sensors)
+        for gamma in scale.adaptation_rates
+        for sensors in ("exact", None)
+    ]
+
+
+def evaluate(flights: Flights, scale: Scale, m: float) -> AdaptationRate:
+    """The sweep's figures; m: of the horizontal axes' reference model, 1/s."""
+    gammas = np.array(scale.adaptation_rates)
+    exact, noisy = (
+        np.array([_largest(flights, _task(g, scale.seeds[0], sensors)) for g in gammas])
+        for sensors in ("exact", None)
+    )
+    horizontal, horizontal_noisy = exact[:, :2].max(axis=1), noisy[:, :2].max(axis=1)
+    stable = horizontal < _LOST_M_S
+    decides = stable & (horizontal_noisy > _NOISE_RULES * horizontal)
+    sampled = 10.0 * np.sqrt(m * gammas) <= SAMPLE_HZ
+    return AdaptationRate(
+        gammas,
+        exact,
+        noisy,
+        stable,
+        slope=log_slope(gammas[stable], horizontal[stable]),
+        slope_all=log_slope(gammas, horizontal),
+        noise_decides_from=float(gammas[decides].min()) if decides.any() else math.inf,
+        noise_floor_m_s=float(horizontal_noisy.min()),
+        well_sampled_to=float(gammas[sampled].max()) if sampled.any() else math.nan,
+    )
+
+
+def log_slope(gammas: Array, values: Array) -> float:
+    """Slope of a straight line through the logarithms; NaN with fewer than two finite values."""
+    use = np.isfinite(values) & (values > 0.0)
+    if use.sum() < 2:
+        return math.nan
+    return float(np.polyfit(np.log(gammas[use]), np.log(values[use]), 1)[0])
+
+
+def _largest(flights: Flights, task: FlightTask) -> Array:
+    table = flights.table(task)
+    if table is None or not table.columns or not scored(table).any():
+        return np.full(3, np.inf)
+    largest: Array = np.nanmax(np.abs(vectors(table, "y_tilde_{}_m_s")[scored(table)]), axis=0)
+    return largest

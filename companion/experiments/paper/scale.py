@@ -1,0 +1,45 @@
+"""How much is flown: the whole study, or a quick look."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """What a run of the study flies."""
+
+    name: str
+    seeds: tuple[int, ...]
+    """Of each controller on each trajectory in each wind."""
+    adaptation_rates: tuple[float, ...]
+    """Γ of the sweep, 1/s²."""
+    mpc_ticks: int
+    """Plans over which the computing times are measured."""
+
+
+FULL = Scale(
+    "full",
+    seeds=(1, 2, 3, 4, 5),
+    adaptation_rates=(
+        50.0,
+        100.0,
+        150.0,
+        200.0,
+        300.0,
+        400.0,
+        500.0,
+        700.0,
+        1000.0,
+        1400.0,
+        2000.0,
+    ),
+    mpc_ticks=300,
+)
+QUICK = Scale(
+    "quick",
+    seeds=(1,),
+    adaptation_rates=(50.0, 200.0, 300.0, 500.0, 1000.0, 2000.0),
+    mpc_ticks=40,
+)
+
+VEHICLE = "bebop2"
+TRAJECTORIES = (1, 2, 3, 4, 5)
