@@ -2,10 +2,11 @@ from pathlib import Path
 
 import pytest
 
+from sitl_shim.plant.vehicle import load_vehicle
 from sitl_shim.wind import CALM, load_scenario, make_wind, scenario_path
 from sitl_shim.wind.field import SteadyWind, SumOfWinds
 
-NAMES = ["calm", "wind3", "gusts", "fan-1", "fan-2", "fan-3", "fan-4", "fan-5"]
+NAMES = ["calm", "wind3", "gusts", "fan-1", "fan-2", "fan-3", "fan-4", "fan-5", "mass-step"]
 HERE = (0.3, -0.2, 1.2)
 
 
@@ -44,3 +45,11 @@ def test_wind3_blows_steadily_at_3_m_s():
 def test_winds_add_up():
     both = SumOfWinds([SteadyWind((1.0, 2.0, 3.0)), SteadyWind((0.5, -2.0, 1.0))])
     assert both.velocity_enu_m_s(0.0, HERE) == (1.5, 0.0, 4.0)
+
+
+def test_the_step_of_mass_is_calm_and_a_fifth_of_the_bebop2():
+    scenario = load_scenario("mass-step")
+    assert scenario.winds == ()
+    assert [load.mass_kg for load in scenario.payload] == pytest.approx(
+        [0.2 * load_vehicle("bebop2").mass_kg]
+    )
