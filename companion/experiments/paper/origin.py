@@ -1,4 +1,4 @@
-"""The laboratory's origin moved: R on the absolute reference is pulled by it, R on r - y* is not."""
+"""The laboratory's origin moved: it pulls R on the absolute reference, and not R on r - y*."""
 
 import math
 from dataclasses import dataclass
