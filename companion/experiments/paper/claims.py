@@ -80,10 +80,16 @@ def _computing(results: PaperResults) -> Claim:
             quote, "I", "–", rule, "not tested",
             "CasADi is not installed: pip install 'companion[nonlinear]'.",
         )  # fmt: skip
-    ratio = times.least_nonlinear_ratio
+    ratios = [
+        method.ratio
+        for method in times.methods
+        if method.name.startswith("nonlinear") and method.ratio is not None
+    ]
+    ratio = min(ratios, default=math.nan)
     figures = "; ".join(
         f"{method.name}: median {method.median_us:.0f} µs, p99 {method.p99_us:.0f} µs"
         for method in times.methods
+        if method.median_us is not None and method.p99_us is not None
     )
     return Claim(
         quote,
@@ -184,8 +190,8 @@ def _adaptation_rate(results: PaperResults) -> Claim:
         quote="γ0 ∝ √(1/Γ), which means that for high adaptation gains, the estimation error is "
         "bounded and can be made arbitrarily small.",
         section="III-A",
-        figures=f"slope of log max|ỹ| over log Γ without noise {sweep.slope:.2f} (stable Γ: {span}; "
-        f"over the whole sweep {sweep.slope_all:.2f}); with noise the floor is "
+        figures=f"slope of log max|ỹ| over log Γ without noise {sweep.slope:.2f} (stable Γ: "
+        f"{span}; over the whole sweep {sweep.slope_all:.2f}); with noise the floor is "
         f"{sweep.noise_floor_m_s * _MILLI:.0f} mm/s, and noise decides from Γ = "
         f"{sweep.noise_decides_from:g} on.",
         rule="Reproduced if the slope without noise is at most -0.5 and noise nowhere doubles "
@@ -262,8 +268,8 @@ def _feedback_only(results: PaperResults) -> Claim:
         figures=f"calm, mean of five: MPC-L1 {_mean_mm(mpc)} mm, "
         + ", ".join(f"{name} {_mean_mm(e)} mm ({ratios[name]:.0f} ×)" for name, e in others.items())
         + f"; PID-L1 with D on the error {_mean_mm(variant)} mm.",
-        rule="Reproduced if both are worse on every trajectory and at least 2 × in the mean; partly "
-        "if they are worse in the mean.",
+        rule="Reproduced if both are worse on every trajectory and at least 2 × in the mean; "
+        "partly if they are worse in the mean.",
         verdict=_graded(everywhere and min(ratios.values()) >= 2.0, min(ratios.values()) > 1.0),
         reason="Both were tuned on trajectory 4 in calm air with the same budget; neither sees a "
         "future or a derivative of y2*.",
@@ -276,8 +282,8 @@ def _delay(results: PaperResults) -> Claim:
     mpc = lags.get("mpc-l1", math.nan)
     late = min(slow) >= 0.1 and min(slow) >= 3.0 * abs(mpc)
     return Claim(
-        quote="The feedback-only controllers PID-L1 and LQR-L1 present tracking delay. The proposed "
-        "MPC-L1 framework reduces the tracking error as it is able to include future desired "
+        quote="The feedback-only controllers PID-L1 and LQR-L1 present tracking delay. The "
+        "proposed MPC-L1 framework reduces the tracking error as it is able to include future desired "
         "outputs.",
         section="IV-D",
         figures="lag along trajectory 4: "
@@ -309,8 +315,8 @@ def _better_than_mpc_pid(results: PaperResults) -> Claim:
         rule="Reproduced if MPC-L1's mean is the smaller one calm and with the fan, also against "
         "the MPC-PID that is tuned as a whole; partly if only against the paper's.",
         verdict=_graded(all(better.values()) and joint_too, all(better.values())),
-        reason="The paper tunes the PID alone, identifies it by steps and then puts the MPC on top; "
-        "tuned together with the MPC the same structure does better than that.",
+        reason="The paper tunes the PID alone, identifies it by steps and then puts the MPC on "
+        "top; tuned together with the MPC the same structure does better than that.",
     )
 
 
@@ -390,7 +396,8 @@ def _smaller_increase(results: PaperResults) -> Claim:
         figures="increase by the fan, mean of five: "
         + ", ".join(f"{name} {value * _MILLI:.1f} mm" for name, value in increases.items())
         + ".",
-        rule="Reproduced if MPC-L1's increase is at most half of MPC-PID's; partly if it is smaller.",
+        rule="Reproduced if MPC-L1's increase is at most half of MPC-PID's; partly if it is "
+        "smaller.",
         verdict=_graded(l1 <= 0.5 * pid, l1 < pid),
         reason="It depends on how stiff the PID is: a stiff one with an integral rejects the same "
         "push as well. See the MPC-PID that was tuned as a whole.",
@@ -400,12 +407,12 @@ def _smaller_increase(results: PaperResults) -> Claim:
 def _changing_dynamics(results: PaperResults) -> Claim:
     load = results.changing_dynamics.load.get("mpc-l1")
     quote = (
-        "The framework relies on an L1 adaptive controller to keep the system close to a predefined "
-        "linear system behavior, despite the presence of disturbances and changing dynamics."
+        "The framework relies on an L1 adaptive controller to keep the system close to a "
+        "predefined linear system behavior, despite the presence of disturbances and changing dynamics."
     )
     rule = (
-        "A load of a fifth of the mass is taken up in flight: reproduced if the settled error is at "
-        "most a quarter above that without it; partly up to twice that without it."
+        "A load of a fifth of the mass is taken up in flight: reproduced if the settled error "
+        "is at most a quarter above that without it; partly up to twice that without it."
     )
     if load is None:
         return Claim(quote, "V", "–", rule, "not reproduced", "The flight was lost.")
@@ -415,8 +422,8 @@ def _changing_dynamics(results: PaperResults) -> Claim:
     return Claim(
         quote,
         "V",
-        f"MPC-L1: {_mm(load.shortly_after)} mm in the 2 s after it, {_mm(load.settled)} mm settled, "
-        f"{_mm(load.settled_without)} mm without it ({ratio:.2f} ×); sag "
+        f"MPC-L1: {_mm(load.shortly_after)} mm in the 2 s after it, {_mm(load.settled)} mm "
+        f"settled, {_mm(load.settled_without)} mm without it ({ratio:.2f} ×); sag "
         f"{load.largest_sag_m * _MILLI:.0f} mm{beside}.",
         rule,
         _graded(ratio <= 1.25, ratio <= 2.0),
