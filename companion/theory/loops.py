@@ -48,7 +48,11 @@ class AxisLoop:
 
     def g(self, s: ComplexArray) -> ComplexArray:
         """``G = H (1 - C)``, from d to y1."""
-        return self.h(s) * (1.0 - evaluate(self.low_pass, s))
+        return self.plant.at(s) * self.sensitivity(s)
+
+    def sensitivity(self, s: ComplexArray) -> ComplexArray:
+        """``(1 - C) / F``: what is left of a disturbance at y1."""
+        return (1.0 - evaluate(self.low_pass, s)) / self.f(s)
 
     def ch_over_m(self, s: ComplexArray) -> ComplexArray:
         """``C H / M``, from r1 to y1 over M: how the estimation error comes to y1."""

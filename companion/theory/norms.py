@@ -14,6 +14,7 @@ from scipy.linalg import expm
 
 from companion.control.reference_model import Array
 from companion.theory.nyquist import OfS
+from companion.theory.plant import imaginary
 
 _FADED = 28.0
 """Time constants after which a response counts as over: e^-28 is below 1e-12."""
@@ -54,12 +55,13 @@ def from_frequency_response(g: OfS, decay_1_s: float, step_s: float = 1e-3) -> L
 
 def _impulse_response(g: OfS, length_s: float, step_s: float) -> tuple[Array, Array]:
     count = 1 << int(np.ceil(np.log2(length_s / step_s)))
-    omega = 2.0 * np.pi * np.fft.rfftfreq(count, step_s)
+    omega: Array = np.asarray(2.0 * np.pi * np.fft.rfftfreq(count, step_s), dtype=np.float64)
     omega[0] = 1e-6 * omega[1]  # G may be 0/0 at 0
-    return np.arange(count) * step_s, np.fft.irfft(g(1j * omega), count) / step_s
+    response: Array = np.fft.irfft(g(imaginary(omega)), count) / step_s
+    return np.arange(count, dtype=np.float64) * step_s, response
 
 
-def of_rational(numerator: Array, denominator: Array) -> float:
+def of_rational(numerator: tuple[float, ...], denominator: tuple[float, ...]) -> float:
     """Norm of a stable, proper rational function; coefficients in descending powers of s.
 
     Raises:

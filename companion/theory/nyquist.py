@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from companion.theory.plant import ComplexArray
+from companion.theory.plant import ComplexArray, imaginary
 
 OfS = Callable[[ComplexArray], ComplexArray]
 
@@ -30,14 +30,14 @@ def unstable_zeros(f: OfS) -> int | None:
     """
     highest = 1e3
     while True:
-        beyond = f(1j * np.geomspace(highest, 30.0 * highest, 400))
+        beyond = f(imaginary(np.geomspace(highest, 30.0 * highest, 400)))
         if np.abs(beyond - 1.0).max() < 0.2:
             break
         highest *= 3.0
         if highest > 1e7:
             raise ValueError("the loop does not roll off: is A(s) strictly proper?")
     omega = np.geomspace(_LOWEST_RAD_S, highest, 4000)
-    values = f(1j * omega)
+    values = f(imaginary(omega))
     for _ in range(_REFINEMENTS):
         turns = np.angle(values[1:] / values[:-1])
         coarse = np.flatnonzero(np.abs(turns) > _LARGEST_TURN_RAD)
@@ -45,7 +45,7 @@ def unstable_zeros(f: OfS) -> int | None:
             break
         between = np.sqrt(omega[coarse] * omega[coarse + 1])
         omega = np.insert(omega, coarse + 1, between)
-        values = np.insert(values, coarse + 1, f(1j * between))
+        values = np.insert(values, coarse + 1, f(imaginary(between)))
     else:
         return None  # f goes through 0: no refinement makes its turn there a small one
     # f is real at 0 and 1 at infinity, so that the half axis turns by a whole number of π.

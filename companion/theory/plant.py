@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.config.models import DynamicsConfig, ResponseConfig
+from companion.control.reference_model import Array
 from companion.control.thrust import GRAVITY_M_S2
 from companion.control.transfer_function import TransferFunction
 
@@ -51,6 +52,11 @@ def evaluate(function: TransferFunction, s: ComplexArray) -> ComplexArray:
     """Value of a transfer function at complex frequencies s, rad/s."""
     value: ComplexArray = np.polyval(function.numerator, s) / np.polyval(function.denominator, s)
     return value
+
+
+def imaginary(omega_rad_s: Array) -> ComplexArray:
+    """``s = jω``."""
+    return np.asarray(1j * omega_rad_s, dtype=np.complex128)
 
 
 def second_order(response: ResponseConfig) -> TransferFunction:
