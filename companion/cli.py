@@ -149,6 +149,60 @@ def _number_or_text(text: str | None) -> int | str | None:
         return text
 
 
+@app.command()
+def tune(
+    controller: Annotated[
+        str,
+        typer.Argument(
+            help="Baseline whose gains are searched: pid-l1, lqr-l1, pid, mpc-pid, or its YAML "
+            "file, which then gives everything but the gains.",
+            metavar="CONTROLLER",
+        ),
+    ],
+    traj: Annotated[
+        str, typer.Option(help="Trajectory: 1 … 5, or a CSV or YAML file.", metavar="N|FILE")
+    ] = "4",
+    vehicle: Annotated[
+        str, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
+    ] = "bebop2",
+    budget: Annotated[int, typer.Option(help="Flights in all, shared by the starts.")] = 400,
+    starts: Annotated[int, typer.Option(help="Starts of the search.")] = 2,
+    seed: Annotated[int, typer.Option(help="Seed of the search and of the flights.")] = 1,
+    jobs: Annotated[
+        int | None, typer.Option(help="Processes; by default one for each processor.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="The controller's file to write, with a log of every flight beside it (.jsonl); "
+            "by default in tuned/.",
+            metavar="FILE",
+        ),
+    ] = None,
+) -> None:
+    """Search for a baseline's gains by flying in lockstep: the least mean tracking error, calm.
+
+    Exit status: 0 found and written, 2 bad input, 4 interrupted or not to be identified.
+    """
+    from companion.config.yaml_source import ConfigError
+    from companion.experiments.flight_store import MissingExtraError
+    from companion.experiments.identify_steps import UnidentifiedError
+    from companion.trajectories.from_file import TrajectoryFileError
+    from companion.tune_command import TuneRequest, TuningInterruptedError, run_tune
+
+    number_or_file = _number_or_text(traj)
+    assert number_or_file is not None
+    request = TuneRequest(controller, number_or_file, vehicle, budget, starts, seed, jobs, out)
+    try:
+        run_tune(request)
+    except (ConfigError, TrajectoryFileError, MissingExtraError, OSError) as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+    except (TuningInterruptedError, UnidentifiedError) as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(ExitStatus.ABORTED) from error
+
+
 _Pid = Annotated[int | None, typer.Option(help="Process id of the flight, if several are running.")]
 
 

@@ -5,12 +5,14 @@ import time
 from typing import TYPE_CHECKING, cast
 
 from companion.experiments.flight_table import FlightTable, flight_columns, tilt_slew_rms_g_s
-from companion.experiments.flight_task import FlightTask, load_task
+from companion.experiments.flight_task import FlightTask, LoadedTask, load_task
 from companion.experiments.memory_log import MemoryLog
 from companion.flight.assemble import infeasibilities, make_trajectory
+from companion.flight.conduct import Outcome
 from companion.flight.observer import SilentObserver
 from companion.lockstep import fly_in_lockstep
 from companion.report.metrics import tracking_figures
+from companion.trajectories.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from companion.recording.flight_log import FlightLog
@@ -34,14 +36,7 @@ def fly_task(task: FlightTask) -> FlightTable:
     if problems:
         return _unflown(task, "\n".join(problems))
     log = MemoryLog()
-    outcome = fly_in_lockstep(
-        config,
-        trajectory,
-        cast("FlightLog", log),
-        SilentObserver(),
-        loaded.shim,
-        airborne=task.airborne,
-    )
+    outcome = fly_loaded(loaded, trajectory, log, airborne=task.airborne)
     if outcome.scored_s is None:
         return _unflown(task, outcome.note, outcome.outcome)
     data = log.data()
@@ -65,6 +60,25 @@ def fly_task(task: FlightTask) -> FlightTable:
         wind_peak_m_s2=_or_nan(figures.wind_peak_m_s2),
         tilt_slew_rms_g_s=tilt_slew_rms_g_s(columns, scored_s),
         wall_s=time.perf_counter() - started,
+    )
+
+
+def fly_loaded(
+    loaded: LoadedTask, trajectory: Trajectory, log: MemoryLog, *, airborne: bool
+) -> Outcome:
+    """Fly any trajectory with a task's controller, vehicle and weather.
+
+    Raises:
+        ConfigError: the controller's gains are not ones that its laws are made for.
+        ShimRefusedError: the shim can't simulate it.
+    """
+    return fly_in_lockstep(
+        loaded.config,
+        trajectory,
+        cast("FlightLog", log),  # all that a flight asks of one is what a MemoryLog has
+        SilentObserver(),
+        loaded.shim,
+        airborne=airborne,
     )
 
 
