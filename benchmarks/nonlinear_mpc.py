@@ -60,23 +60,24 @@ def table(result: ComputingTime) -> str:
     def number(value: float | None, form: str, scale: float = 1.0) -> str:
         return "–" if value is None else format(scale * value, form)
 
-    lines = [
+    task = (
         f"trajectory {result.trajectory}, {result.ticks} plans ({result.flown_s:.1f} s), "
         f"N_h = {result.horizon}, {result.period_s * 1e3:.0f} ms, seed {result.seed}; "
-        f"CasADi {result.casadi_version}, SQP over {result.quadratic_solver}",
-        "",
+        f"CasADi {result.casadi_version}, SQP over {result.quadratic_solver}"
+    )
+    head = (
         f"{'method':<16}{'plans':>6}{'median µs':>11}{'p99':>8}{'max':>8}{'ratio':>7}"
-        f"{'iterations':>12}{'converged':>11}{'error mm':>10}",
-    ]
-    lines += [
+        f"{'iterations':>12}{'converged':>11}{'error mm':>10}"
+    )
+    rows = [
         f"{m.name:<16}{m.plans:>6}{number(m.median_us, '.0f'):>11}{number(m.p99_us, '.0f'):>8}"
         f"{number(m.max_us, '.0f'):>8}{number(m.ratio, '.1f'):>7}"
         f"{number(m.iterations, '.1f'):>12}{number(m.converged_share, '.1%'):>11}"
         f"{number(m.mean_error_m, '.1f', 1e3):>10}"
         for m in result.methods
     ]
-    lines += ["", *(f"{m.name:<16}{m.what}" for m in result.methods)]
-    return "\n".join(lines) + "\n"
+    meanings = [f"{m.name:<16}{m.what}" for m in result.methods]
+    return "\n".join([task, "", head, *rows, "", *meanings]) + "\n"
 
 
 def main() -> None:

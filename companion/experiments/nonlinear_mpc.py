@@ -9,7 +9,9 @@ The problem, in `nonlinear_problem`, is one and the same for the three ways of s
 
 - ``ipopt``: IPOPT with exact second derivatives, until it has converged;
 - ``sqp``: CasADi's `sqpmethod` over HPIPM, until it has converged.  Its Hessian is Gauss-Newton's:
-  the cost's, which is quadratic, without the dynamics' curvature;
+  the cost's, which is quadratic, without the dynamics' curvature.  That converges in a few steps
+  while the vehicle tracks; from a standstill far away, with bounds active, it often doesn't within
+  `_ITERATIONS`;
 - ``rti``: the same with a single iteration a plan, the real-time iteration of Diehl, Bock and
   Schlöder (SIAM J. Control Optim. 43(5), 2005).  It is as fast as such a scheme gets here, and
   its plans are not solutions but steps towards one that moves on.
@@ -37,6 +39,7 @@ SolverName = Literal["ipopt", "sqp", "rti"]
 """Ways of solving; see above."""
 
 _TOLERANCE = 1e-6
+_ITERATIONS = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +170,7 @@ def _solver_options(casadi: Any, solver: SolverName) -> tuple[str, dict[str, Any
             "tol": _TOLERANCE,
             "warm_start_init_point": "yes",
             "mu_init": 1e-4,
-            "max_iter": 100,
+            "max_iter": _ITERATIONS,
         }
         return "ipopt", {"print_time": False, "ipopt": ipopt}
     silent = {"print_header": False, "print_iteration": False, "print_status": False}
@@ -180,7 +183,7 @@ def _solver_options(casadi: Any, solver: SolverName) -> tuple[str, dict[str, Any
         **silent,
         "tol_pr": _TOLERANCE,
         "tol_du": _TOLERANCE,
-        "max_iter": 1 if solver == "rti" else 50,
+        "max_iter": 1 if solver == "rti" else _ITERATIONS,
         "qpsol": program,
         "qpsol_options": quiet,
     }
