@@ -58,17 +58,17 @@ _XY, _Z = (0, 1), (2,)
 
 TUNED: dict[str, tuple[TunedGain, ...]] = {
     "pid-l1": (
-        TunedGain("outer_pid.kp", _XY, 0.05, 10.0, (0.3, 2.0)),
-        TunedGain("outer_pid.ki", _XY, 0.02, 5.0, (0.05, 0.5)),
-        TunedGain("outer_pid.kd", _XY, 0.02, 5.0, (0.0, 0.3)),
+        TunedGain("outer_pid.kp", _XY, 0.05, 100.0, (0.5, 8.0)),
+        TunedGain("outer_pid.ki", _XY, 0.02, 20.0, (0.05, 1.0)),
+        TunedGain("outer_pid.kd", _XY, 0.02, 60.0, (0.1, 4.0)),
         TunedGain("outer_pid.kp", _Z, 0.05, 10.0, (0.3, 2.0)),
         TunedGain("outer_pid.ki", _Z, 0.02, 5.0, (0.05, 0.5)),
         TunedGain("outer_pid.kd", _Z, 0.02, 5.0, (0.0, 0.3)),
     ),
     # The weight on r2 - y2* is left at 1: only the ratios of the weights matter.
     "lqr-l1": (
-        TunedGain("lqr.position", _XY, 0.01, 1000.0, (1.0, 20.0), from_zero=False),
-        TunedGain("lqr.velocity", _XY, 0.01, 100.0, (0.1, 1.0)),
+        TunedGain("lqr.position", _XY, 0.01, 10000.0, (1.0, 50.0), from_zero=False),
+        TunedGain("lqr.velocity", _XY, 0.01, 1000.0, (0.1, 5.0)),
         TunedGain("lqr.integral", _XY, 0.001, 1000.0, (0.05, 5.0), from_zero=False),
         TunedGain("lqr.position", _Z, 0.01, 1000.0, (1.0, 20.0), from_zero=False),
         TunedGain("lqr.velocity", _Z, 0.01, 100.0, (0.1, 1.0)),
