@@ -1,0 +1,168 @@
+"""What ``companion certify`` does: read, reckon, draw, tell."""
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+from rich.console import Console
+
+from companion.config.models import GeofenceConfig
+from companion.config.resolve import FlightConfig, load_flight
+from companion.config.yaml_source import ConfigError
+from companion.control.inner import L1Controller
+from companion.control.interfaces import OuterController
+from companion.flight.assemble import make_stack
+from companion.theory.certificate import Subject, certify
+from companion.theory.certificate_figure import draw_certificate
+from companion.theory.certificate_record import certificate_record
+from companion.theory.certificate_table import print_certificate
+from companion.theory.envelope import Air, ThrustLoop
+
+JSON_NAME, FIGURE_NAME = "certificate.json", "certificate.png"
+_WIDE = 160
+_STRONGEST_WIND_M_S = 50.0
+_FAR = 1e6
+
+
+class BadInputError(Exception):
+    """What was asked for can't be certified; the text names what, where and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class CertifyRequest:
+    """The options of the command line."""
+
+    controller: str
+    """Name, or path of a YAML file."""
+    vehicle: str = "bebop2"
+    """Name, or path of a YAML file."""
+    rate_hz: float | None = None
+    """Of the state's samples; None for the missions' default."""
+    wind_m_s: float = Air().wind_m_s
+    """Largest wind that the drag's Lipschitz constant and the bounds reckon with."""
+    settings: tuple[str, ...] = ()
+    """``KEY=VALUE`` each, as for ``fly``: controller.KEY, vehicle.KEY, or of a mission."""
+    out: Path | None = None
+    """Folder of certificate.json and certificate.png; None to write nothing."""
+    json_output: bool = False
+
+
+def run_certify(request: CertifyRequest) -> bool:
+    """Certify as asked and tell about it.
+
+    Returns:
+        Whether every condition holds.
+
+    Raises:
+        BadInputError: there is nothing to certify, or nowhere to write.
+    """
+    if not 0.0 <= request.wind_m_s <= _STRONGEST_WIND_M_S:
+        raise BadInputError(
+            f"--wind {request.wind_m_s:g}: give a speed from 0 to {_STRONGEST_WIND_M_S:g} m/s."
+        )
+    try:
+        config = _load(request)
+        subject = _subject(config, request)
+    except ConfigError as error:
+        raise BadInputError(str(error)) from error
+    try:
+        certificate = certify(subject)
+    except ValueError as error:
+        raise BadInputError(f"{request.controller}: {error}.") from error
+    title = f"{request.controller} on {config.vehicle.name}"
+    record = certificate_record(certificate, request.controller, config.controller.framework)
+    text = json.dumps(record, allow_nan=False, ensure_ascii=False)
+    if request.out is not None:
+        try:
+            request.out.mkdir(parents=True, exist_ok=True)
+            (request.out / JSON_NAME).write_text(text + "\n", encoding="utf-8")
+            draw_certificate(certificate, title, request.out / FIGURE_NAME)
+        except OSError as error:
+            raise BadInputError(
+                f"{request.out}: can't be written: {error.strerror or error}. "
+                "Choose another folder with --out."
+            ) from error
+    if request.json_output:
+        sys.stdout.write(text + "\n")
+    else:
+        console = _console(sys.stdout)
+        print_certificate(console, certificate, title)
+        if request.out is not None:
+            console.print(f"files: {request.out / JSON_NAME}, {request.out / FIGURE_NAME}")
+    return certificate.holds
+
+
+def _load(request: CertifyRequest) -> FlightConfig:
+    overrides: dict[str, object] = {"controller": request.controller, "vehicle": request.vehicle}
+    settings = _settings(request.settings)
+    if request.rate_hz is not None:
+        settings["state_rate_hz"] = repr(float(request.rate_hz))
+    return load_flight(None, overrides, settings)
+
+
+def _subject(config: FlightConfig, request: CertifyRequest) -> Subject:
+    """What is certified.
+
+    Raises:
+        ConfigError: no L1 controller, or a vehicle without stated dynamics.
+    """
+    controller, vehicle = config.controller, config.vehicle
+    if controller.l1 is None:
+        raise ConfigError(
+            f"{request.controller}: certify speaks of L1 controllers, and the framework "
+            f"{controller.framework} has none: there is no norm condition to check. Give a "
+            "controller of the frameworks mpc-l1, pid-l1, lqr-l1 or l1."
+        )
+    if vehicle.dynamics is None:
+        raise ConfigError(
+            f"{request.vehicle}: the vehicle's file has no section 'dynamics', so that A(s) is not "
+            "known. Measure it (tools/measure_responses.py shows how) and add it."
+        )
+    inner, outer = _unlimited(config)
+    return Subject(
+        gains=inner.gains,
+        outer=outer,
+        vehicle=vehicle,
+        dynamics=vehicle.dynamics,
+        thrust=ThrustLoop(
+            controller.thrust.proportional, controller.thrust.maximum_acceleration_m_s2
+        ),
+        air=Air(wind_m_s=request.wind_m_s),
+        sample_s=1.0 / config.mission.state_rate_hz,
+    )
+
+
+def _unlimited(config: FlightConfig) -> tuple[L1Controller, OuterController]:
+    """The laws with their constraints far away: what is linear is certified."""
+    vehicle = config.vehicle.model_copy(
+        update={"speed_limit_m_s": _FAR, "climb_limit_m_s": _FAR, "descent_limit_m_s": _FAR}
+    )
+    everywhere = GeofenceConfig(low_m=(-_FAR, -_FAR, -_FAR), high_m=(_FAR, _FAR, _FAR))
+    mission = config.mission.model_copy(update={"geofence": everywhere})
+    controller = config.controller
+    if controller.mpc is not None:
+        mpc = controller.mpc.model_copy(update={"r_max_m_s2": _FAR})
+        controller = controller.model_copy(update={"mpc": mpc})
+    stack = make_stack(controller, vehicle, mission)
+    assert isinstance(stack.inner, L1Controller)
+    return stack.inner, stack.outer
+
+
+def _settings(pairs: tuple[str, ...]) -> dict[str, str]:
+    settings = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals or not key.strip():
+            raise ConfigError(
+                f"--set {pair}: write KEY=VALUE, as in --set controller.l1.k=[1,1,1]."
+            )
+        settings[key.strip()] = value
+    return settings
+
+
+def _console(stream: TextIO) -> Console:
+    """What is not for a terminal is not wrapped."""
+    width = None if stream.isatty() else _WIDE
+    return Console(file=stream, highlight=False, width=width)

@@ -1,0 +1,161 @@
+"""A certificate as a table in the terminal."""
+
+import math
+from collections.abc import Callable
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from companion.theory.certificate import AxisCertificate, Certificate
+from companion.theory.norms import L1Norm
+
+_Row = tuple[str, Callable[[AxisCertificate], str], str]
+_UPPER = {
+    "whole loop": "the loop as a whole",
+    "euler": "explicit Euler, Γ dt < 1",
+    "nyquist": "mode √(mΓ) at half the sampling frequency",
+}
+
+
+def print_certificate(console: Console, certificate: Certificate, title: str) -> None:
+    """Print the conditions, the figures, and in words what fails.
+
+    Args:
+        console: where to.
+        certificate: what is told.
+        title: the controller and the vehicle.
+    """
+    console.print(Text(title, style="bold"))
+    console.print(_conditions(certificate))
+    console.print(_figures(certificate))
+    for axis, names in _grouped(certificate, lambda c: c.reason):
+        console.print(Text(f"fails on {names}: {axis}", style="red"), soft_wrap=True)
+    for axis, names in _grouped(certificate, lambda c: c.caution):
+        console.print(Text(f"caution on {names}: {axis}", style="yellow"), soft_wrap=True)
+    holds = certificate.holds
+    console.print(
+        Text("certified: every condition holds" if holds else "not certified"),
+        style="bold green" if holds else "bold red",
+    )
+
+
+def _conditions(certificate: Certificate) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    table.add_column("condition", no_wrap=True)
+    for axis in certificate.axes:
+        table.add_column(axis.axis, no_wrap=True)
+    table.add_column("found (x; z)", overflow="fold")
+    first, last = certificate.axes[0], certificate.axes[-1]
+    for k, condition in enumerate(first.conditions):
+        marks = [_mark(axis, k) for axis in certificate.axes]
+        here, there = condition.found, last.conditions[k].found
+        table.add_row(condition.name, *marks, here if here == there else f"{here}; {there}")
+    return table
+
+
+def _mark(axis: AxisCertificate, k: int) -> Text:
+    condition = axis.conditions[k]
+    if not condition.holds:
+        return Text("no", style="bold red")
+    return Text("yes", style="yellow" if condition.caution else "green")
+
+
+def _figures(certificate: Certificate) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    table.add_column("figure", no_wrap=True)
+    for axis in certificate.axes:
+        table.add_column(axis.axis, justify="right", no_wrap=True)
+    table.add_column("is", style="dim", overflow="fold")
+    for name, show, kind in _rows(certificate):
+        table.add_row(name, *(show(axis) for axis in certificate.axes), kind)
+    return table
+
+
+def _rows(certificate: Certificate) -> list[_Row]:
+    rate = 1.0 / certificate.subject.sample_s
+    ends = {_UPPER[axis.gamma_high_reason] for axis in certificate.axes}
+    return [
+        ("‖G‖", lambda a: _norm(a.norm_g), "numerical value"),
+        ("L that ‖G‖ admits", lambda a: _inverse(a.norm_g), "from ‖G‖"),
+        ("L of the drag", lambda a: f"{a.bounds.sigma.lipschitz:.3g}", "bound"),
+        ("‖G‖, drag behind attitude", lambda a: _norm(a.norm_behind), "numerical value"),
+        ("‖C H / M‖", lambda a: _norm(a.norm_ch_over_m), "numerical value"),
+        ("Δ", lambda a: f"{a.bounds.delta:.3g}", "sigma_bound"),
+        ("Δ_d, 1/s", lambda a: f"{a.bounds.sigma.sigma_rate:.3g}", "estimate of a bound"),
+        ("γ0, m/s", lambda a: _or_none(a.bounds.gamma_0_m_s), "bound, given Δ and Δ_d"),
+        ("γ1, m/s", lambda a: _or_none(a.bounds.gamma_1_m_s), "bound, given Δ and Δ_d"),
+        ("gain margin, L1 and K", _continuous_gain, "continuous, factors down … up"),
+        ("phase margin", _phase, "continuous"),
+        ("delay margin, ms", _continuous_delay, "continuous, on top of what there is"),
+        ("gain margin, L1 and K", lambda a: _gains(a.inner_margins), f"sampled at {rate:g} Hz"),
+        ("delay margin, ms", lambda a: _delay(a.inner_margins), f"sampled at {rate:g} Hz"),
+        ("gain margin, whole loop", lambda a: _gains(a.whole_margins), "sampled, outer loop too"),
+        ("delay margin, ms", lambda a: _delay(a.whole_margins), "sampled, outer loop too"),
+        ("spectral radius", lambda a: f"{a.whole_radius:.4f}", _period(certificate)),
+        ("Γ", lambda a: f"{a.loop.gamma:g}", "chosen"),
+        ("least safe Γ", _low, "whole sampled loop stable"),
+        ("largest safe Γ", lambda a: _general(a.gamma_high), "; ".join(sorted(ends))),
+    ]
+
+
+def _period(certificate: Certificate) -> str:
+    return f"whole loop, over {certificate.period_s * 1e3:g} ms"
+
+
+def _grouped(certificate: Certificate, text: Callable[..., str]) -> list[tuple[str, str]]:
+    """Texts with the axes and conditions that they belong to, equal ones joined."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for axis in certificate.axes:
+        for condition in axis.conditions:
+            if text(condition):
+                found.setdefault((condition.name, text(condition)), []).append(axis.axis)
+    return [(said, f"{', '.join(axes)} ({name})") for (name, said), axes in found.items()]
+
+
+def _norm(norm: L1Norm | None) -> str:
+    return "–" if norm is None else f"{norm.value:.3f}"
+
+
+def _inverse(norm: L1Norm | None) -> str:
+    return "–" if norm is None else f"{1.0 / (norm.value + norm.uncertainty):.3g}"
+
+
+def _or_none(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3g}"
+
+
+def _general(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.3g}"
+
+
+def _low(axis: AxisCertificate) -> str:
+    return "none" if axis.gamma_low == 0.0 else _general(axis.gamma_low)
+
+
+def _continuous_gain(axis: AxisCertificate) -> str:
+    if axis.margins is None:
+        return "–"
+    return _gains((axis.margins.gain_up, axis.margins.gain_down, 0.0))
+
+
+def _continuous_delay(axis: AxisCertificate) -> str:
+    return "–" if axis.margins is None else _delay((0.0, 0.0, axis.margins.delay_s))
+
+
+def _phase(axis: AxisCertificate) -> str:
+    return "–" if axis.margins is None else f"{math.degrees(axis.margins.phase_rad):.1f}°"
+
+
+def _gains(margins: tuple[float, float, float]) -> str:
+    up, down, _ = margins
+    if math.isnan(up):
+        return "–"
+    return f"{down:.2f} … {'∞' if math.isinf(up) else f'{up:.2f}'}"
+
+
+def _delay(margins: tuple[float, float, float]) -> str:
+    delay_s = margins[2]
+    if math.isnan(delay_s):
+        return "–"
+    return "∞" if math.isinf(delay_s) else f"{delay_s * 1e3:.0f}"
