@@ -1,4 +1,5 @@
 import dataclasses
+import gc
 import json
 import math
 import sys
@@ -190,6 +191,7 @@ def test_it_tracks_trajectory_4_to_a_centimetre(controllers, solver, converges):
 
 def test_the_comparison_has_each_method_fly_and_is_fit_for_json():
     result = measure_computing_time(ticks=40, seed=2)
+    assert gc.isenabled()
     said = json.loads(json.dumps(dataclasses.asdict(result), allow_nan=False))
     assert [method["name"] for method in said["methods"]] == list(WHAT)
     assert (said["horizon"], said["period_s"], said["ticks"]) == (33, 0.03, 40)
