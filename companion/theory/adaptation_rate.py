@@ -21,7 +21,7 @@ from companion.theory.margins import first_unstable
 from companion.theory.sampled_data import SampledLoop, period_map
 
 UpperReason = Literal["whole loop", "euler", "nyquist"]
-_STEP = 1.25
+_STEP = 1.5
 _LOWEST = 1e-2
 _LARGEST_MULTIPLE = 1e4
 

@@ -65,7 +65,8 @@ def _draw_nyquist(panel: Axes, axes: list[AxisCertificate]) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
     panel.plot(np.cos(turn), np.sin(turn), color="#808b96", lw=0.7, ls=":")
     panel.plot([-1.0], [0.0], marker="+", ms=11, mew=1.8, color=_TROUBLE, ls="none")
-    panel.set(xlim=(-3.2, 1.4), ylim=(-2.3, 2.3), xlabel="Re L(jω)", ylabel="Im L(jω)")
+    panel.set(xlim=(-3.9, 2.1), ylim=(-2.2, 2.2), xlabel="Re L(jω)", ylabel="Im L(jω)")
+    panel.set_aspect("equal", adjustable="box")
     panel.set_title(
         "Nyquist curve of the L1 controller with its position loop, broken at u",
         fontsize=9, loc="left",
@@ -113,7 +114,7 @@ def _draw_responses(panel: Axes, axes: list[AxisCertificate]) -> None:
 def _draw_radii(panel: Axes, certificate: Certificate) -> None:
     gains = certificate.subject.gains
     chosen = np.array(gains.gamma)
-    multiples: Array = np.geomspace(1e-2, 1e3, 60)
+    multiples: Array = np.geomspace(1e-2, 1e3, 50)
     for loop, style, name in (
         (whole_loop(certificate.subject), "-", "with the outer loop"),
         (inner_loop(certificate.subject), "--", "L1 and K"),

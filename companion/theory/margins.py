@@ -19,7 +19,7 @@ _LOWEST_RAD_S, _HIGHEST_RAD_S = 1e-3, 1e3
 _POINTS = 60_000
 _LARGEST_FACTOR = 20.0
 _LONGEST_DELAY_S = 1.0
-_BISECTIONS = 22
+_BISECTIONS = 18
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ below 1.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from companion.control import delay
 from companion.control.interfaces import InnerController, OuterController
 from companion.control.mpc import MpcRecord
 from companion.control.reference_model import Array
+from companion.control.transfer_function import TransferFunction
 from companion.theory.plant import AxisPlant, ComplexArray
 
 _SMALL = 1e-4
@@ -157,22 +159,25 @@ def _plan_ticks(loop: SampledLoop) -> list[int]:
 
 def _hold(loop: SampledLoop, axis: int) -> _HeldPlant:
     plant, h = loop.plants[axis], loop.sample_s
-    a, b, _ = plant.rational.state_space()
-    n = len(b)
-    system = np.zeros((n + 2, n + 2))  # velocity ..., position, input
-    system[:n, :n], system[:n, n + 1] = a, b * loop.gain[axis]
-    system[n, 0] = 1.0
     total = plant.delay_s + float(loop.more_delay_s[axis])
     whole = math.floor(total / h + 1e-9)
-    rest = max(0.0, total - whole * h)
+    phi, late, early = _held(plant.rational, h, max(0.0, round(total - whole * h, 9)))
+    factor = float(loop.gain[axis])
+    return _HeldPlant(phi, factor * late, factor * early, whole)
+
+
+@lru_cache(maxsize=1024)
+def _held(rational: TransferFunction, h: float, rest: float) -> tuple[Array, Array, Array]:
+    """Φ and the inputs' columns of a step h within which the input changes after `rest`."""
+    a, b, _ = rational.state_space()
+    n = len(b)
+    system = np.zeros((n + 2, n + 2))  # velocity ..., position, input
+    system[:n, :n], system[:n, n + 1] = a, b
+    system[n, 0] = 1.0
     first, second = expm(system * rest), expm(system * (h - rest))
     keep = n + 1
-    return _HeldPlant(
-        phi=(second @ first)[:keep, :keep],
-        late=second[:keep, :keep] @ first[:keep, keep],
-        early=second[:keep, keep],
-        whole=whole,
-    )
+    late = second[:keep, :keep] @ first[:keep, -1]
+    return (second @ first)[:keep, :keep], late, second[:keep, -1]
 
 
 def _at_rest(loop: SampledLoop, held: list[_HeldPlant]) -> _State:
