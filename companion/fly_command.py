@@ -16,7 +16,7 @@ from rich.console import Console
 from companion.config.models import MissionConfig
 from companion.config.resolve import FlightConfig, load_flight
 from companion.config.yaml_source import ConfigError
-from companion.flight.assemble import infeasibilities, make_trajectory
+from companion.flight.assemble import infeasibilities, make_stack, make_trajectory
 from companion.flight.conduct import Outcome, OutcomeName
 from companion.flight.embedded_shim import embedded_shim
 from companion.flight.errors import ShimRefusedError
@@ -64,6 +64,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     try:
         config = load_flight(request.mission_file, request.overrides, _settings(request.settings))
         trajectory = make_trajectory(config.mission)
+        make_stack(config.controller, config.vehicle, config.mission)  # refuses what cannot fly
         shim = _shim_options(config, lockstep=request.lockstep)
         if config.mission.connect is not None:
             parse_link_url(config.mission.connect)

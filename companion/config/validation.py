@@ -23,7 +23,7 @@ def validate(model: type[Model], source: Source) -> Model:
         return model.model_validate(source.data)
     except ValidationError as error:
         faults = [_sentence(model, source, dict(fault)) for fault in error.errors()]
-        raise ConfigError("\n".join(faults)) from error
+        raise ConfigError("\n".join(dict.fromkeys(faults))) from error
 
 
 def _sentence(model: type[BaseModel], source: Source, fault: dict[str, Any]) -> str:

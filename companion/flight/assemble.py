@@ -118,7 +118,7 @@ def l1_gains(l1: L1Config) -> L1Gains:
             discretisation=l1.discretisation,
         )
     except ValueError as error:
-        raise ConfigError(f"controller, section l1: {error}.") from error
+        raise ConfigError(f"the controller's file, section l1: {error}. Change it.") from error
 
 
 def position_model(controller: ControllerConfig) -> PositionModel | None:
@@ -163,7 +163,7 @@ def _outer(
         try:
             gains = lqr_gains(model, weights, lqr.period_s, lqr.integral_limit)
         except ValueError as error:
-            raise ConfigError(f"controller, section lqr: {error}.") from error
+            raise ConfigError(f"the controller's file, section lqr: {error}.") from error
         return FeedbackController(gains, lqr.period_s)
     return direct(3)
 

@@ -31,7 +31,7 @@ class Guarantees:
     gamma_1_m_s: Array
     """Bound of |y1_ref - y1|."""
     noise_extra_m_s: Array
-    """What measurement noise may add to |ỹ|: three of its standard deviations."""
+    """What measurement noise may add to |ỹ|: five of its standard deviations."""
     delta: Array
     """Bound of |σ| that γ0 reckons with, in the unit of u."""
     delta_d: Array

@@ -43,3 +43,5 @@ QUICK = Scale(
 
 VEHICLE = "bebop2"
 TRAJECTORIES = (1, 2, 3, 4, 5)
+VELOCITY_NOISE_M_S = 0.015
+"""Standard deviation of that vehicle's measured velocity, by motion capture."""

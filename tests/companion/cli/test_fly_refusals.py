@@ -48,7 +48,22 @@ def told(*arguments, status=2):
         (("--set", "seed=1", "--set", "seed=2"), "--set seed is given twice"),
         (("--set", "controller.l1.gamma=[-1,1,1]"), "--set controller.l1.gamma: 'l1.gamma.0': in"),
         (("--set", "controller.mpc.horizon=1000"), "--set controller.mpc.horizon: 'mpc.horizon'"),
-        (("--controller", "pid9"), "unknown controller 'pid9'. Give a YAML file or one of: mpc-l1"),
+        (
+            (
+                "--controller",
+                "l1",
+                "--set",
+                "controller.l1.omega=null",
+                "--set",
+                "controller.l1.low_pass=[{numerator: [2], denominator: [1, 1]}, "
+                "{numerator: [1], denominator: [1, 1]}, {numerator: [1], denominator: [1, 1]}]",
+            ),
+            "section l1: C(s) = [2.0] / [1.0, 1.0] is not stable with C(0) = 1",
+        ),
+        (
+            ("--controller", "pid9"),
+            "unknown controller 'pid9'. Give a YAML file or one of: l1, lqr-l1, mpc-l1, ",
+        ),
         (
             ("--vehicle", "dc3"),
             "unknown vehicle 'dc3'. Give a YAML file or one of: bebop2, sih_qua",

@@ -23,7 +23,12 @@ def test_these_are_shipped():
         "own-trajectory",
         "real-px4",
     ]
-    assert [path.name for path in TRAJECTORIES] == ["climbing-square.yaml", "slalom.csv"]
+    assert [path.name for path in TRAJECTORIES] == [
+        "bound-check.yaml",
+        "climbing-square.yaml",
+        "hover.yaml",
+        "slalom.csv",
+    ]
 
 
 @pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.stem)

@@ -1,0 +1,58 @@
+"""What the theory says of the shipped L1 controller on the vehicle that is flown."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.config.resolve import FlightConfig
+from companion.config.yaml_source import ConfigError
+from companion.control.l1_adaptive import L1Gains
+from companion.experiments.paper.results import Guarantees
+from companion.experiments.paper.scale import VELOCITY_NOISE_M_S
+from companion.flight.assemble import l1_gains
+from companion.theory.certificate import Certificate, certify
+from companion.theory.plant import AxisPlant, axis_plants
+from companion.theory.subject import subject_of
+
+_STANDARD_DEVIATIONS = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Theory:
+    """Of the vehicle and the controller."""
+
+    certificate: Certificate
+    guarantees: Guarantees
+    gains: L1Gains
+    plants: tuple[AxisPlant, AxisPlant, AxisPlant]
+    """A(s) of x, y and z."""
+    quadratic_drag_1_m: float
+
+
+def theory_of(config: FlightConfig) -> Theory:
+    """Certify and collect.
+
+    Raises:
+        ConfigError: the vehicle's file states no dynamics, or the controller has no L1.
+    """
+    dynamics, l1 = config.vehicle.dynamics, config.controller.l1
+    if dynamics is None or l1 is None:
+        raise ConfigError("the study needs the vehicle's `dynamics` and the controller's `l1`.")
+    certificate = certify(subject_of(config))
+    axes = certificate.axes
+
+    def vector(values: list[float | None]) -> np.ndarray:
+        return np.array([np.inf if value is None else value for value in values], dtype=float)
+
+    guarantees = Guarantees(
+        norm_g=vector([None if a.norm_g is None else a.norm_g.value for a in axes]),
+        lipschitz=vector([a.bounds.sigma.lipschitz for a in axes]),
+        gamma_0_m_s=vector([a.bounds.gamma_0_m_s for a in axes]),
+        gamma_1_m_s=vector([a.bounds.gamma_1_m_s for a in axes]),
+        noise_extra_m_s=np.full(3, _STANDARD_DEVIATIONS * VELOCITY_NOISE_M_S),
+        delta=vector([a.bounds.delta for a in axes]),
+        delta_d=vector([a.bounds.sigma.sigma_rate for a in axes]),
+    )
+    return Theory(
+        certificate, guarantees, l1_gains(l1), axis_plants(dynamics), dynamics.quadratic_drag_1_m
+    )
