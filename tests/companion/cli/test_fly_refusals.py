@@ -55,8 +55,7 @@ def told(*arguments, status=2):
                 "--set",
                 "controller.l1.omega=null",
                 "--set",
-                "controller.l1.low_pass=[{numerator: [2], denominator: [1, 1]}, "
-                "{numerator: [1], denominator: [1, 1]}, {numerator: [1], denominator: [1, 1]}]",
+                "controller.l1.low_pass=" + 3 * "- {numerator: [2], denominator: [1, 1]}\n",
             ),
             "section l1: C(s) = [2.0] / [1.0, 1.0] is not stable with C(0) = 1",
         ),
