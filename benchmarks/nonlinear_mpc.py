@@ -1,6 +1,6 @@
 """Times the linear MPC against a nonlinear one of the same task, horizon and rate.
 
-    python benchmarks/nonlinear_mpc.py [--ticks 667] [--seed 1] [--json]
+    OMP_NUM_THREADS=1 python benchmarks/nonlinear_mpc.py [--ticks 667] [--seed 1] [--json]
 
 Needs CasADi: ``pip install 'companion[nonlinear]'``.  What is compared with what, and what the
 comparison can't show, is said in `companion/experiments/computing_time.py`.
@@ -39,6 +39,7 @@ def machine() -> dict[str, Any]:
         "system": platform.platform(),
         "python": platform.python_version(),
         "numpy": np.__version__,
+        "blas_threads": os.environ.get("OMP_NUM_THREADS", ""),
     }
 
 

@@ -2,7 +2,9 @@
 
 The paper claims "reduced computational cost as compared to nonlinear MPC schemes".  Each method
 flies trajectory 4 on a vehicle of its own, so that it is seen that all do the task; they plan in
-turn, period after period, so that what else the machine does meets all of them.
+turn, period after period, so that what else the machine does meets all of them.  What is measured
+is the computing thread's processor time; nothing here profits from more threads than one, and a
+BLAS that starts some (without ``OMP_NUM_THREADS=1``) only adds outliers to the stack's maximum.
 
 What the comparison is and is not:
 
@@ -80,7 +82,7 @@ _BINDING_SHARE = 0.1
 
 @dataclass(frozen=True, slots=True)
 class MethodTime:
-    """Time of one method's plans, by the wall clock; figures are None where there are none."""
+    """Processor time of one method's plans; figures are None where there are none."""
 
     name: MethodName
     what: str
