@@ -7,10 +7,12 @@ exact step has no such limit; but its mode, of frequency √(mΓ) and damping �
 than half the sampling frequency, or the samples do not hold it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from companion.control import l1_adaptive
 from companion.control.inner import L1Controller
@@ -24,14 +26,17 @@ UpperReason = Literal["whole loop", "euler", "nyquist"]
 _STEP = 1.5
 _LOWEST = 1e-2
 _LARGEST_MULTIPLE = 1e4
+_FINE_STEP = 1.15
+_SEARCHED = 40
+"""Steps either way from an unstable Γ: a factor of 270."""
 
 
 @dataclass(frozen=True, slots=True)
 class GammaRange:
-    """Adaptation rates around the chosen one with which the sampled loop is stable, (axes,)."""
+    """Adaptation rates with which the sampled loop is stable, (axes,)."""
 
     low: Array
-    """0 where none is too low; not a number where the chosen one is unstable."""
+    """0 where none is too low; not a number where no rate is stable."""
     high: Array
     reasons: tuple[UpperReason, ...]
     """What limits the upper end: the loop as a whole, explicit Euler, or the sampling."""
@@ -69,27 +74,29 @@ def sampling_limit(model: TransferFunction, sample_s: float) -> float:
 
 
 def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
-    """The range of Γ around the chosen one in which the whole sampled loop is stable.
+    """The range of Γ in which the whole sampled loop is stable.
+
+    The range around the chosen Γ; where the loop is unstable with that one, the range around the
+    stable one that is nearest to it.
 
     Args:
         loop: with the L1 controller of these gains inside.
         gains: the gains.
     """
     axes = len(gains.gamma)
-    chosen = np.array(gains.gamma)
 
-    def radii(multiple: Array) -> Array:
-        other = with_gamma(gains, chosen * multiple)
+    def radii(gamma: Array) -> Array:
+        other = with_gamma(gains, gamma)
         own = adaptation_radii(other, loop.sample_s)
         whole = period_map(replace(loop, inner=L1Controller(other))).radii
         return np.maximum(own, whole)
 
-    stable = radii(np.ones(axes)) < 1.0
-    count = int(np.log(float(chosen.max()) / _LOWEST) / np.log(_STEP))
+    base, stable = _nearest_stable(radii, np.array(gains.gamma))
+    count = int(np.log(float(base.max()) / _LOWEST) / np.log(_STEP))
     falling = _STEP ** -np.arange(0.0, count)
     rising = _STEP ** np.arange(0.0, np.log(_LARGEST_MULTIPLE) / np.log(_STEP))
-    low = chosen * first_unstable(radii, falling, axes, 0.0)
-    high = chosen * first_unstable(radii, rising, axes, np.inf)
+    low = base * first_unstable(lambda k: radii(base * k), falling, axes, 0.0)
+    high = base * first_unstable(lambda k: radii(base * k), rising, axes, np.inf)
     reasons: list[UpperReason] = []
     for i, model in enumerate(gains.reference_model):
         own_limit = 1.0 / loop.sample_s if gains.discretisation == "euler" else np.inf
@@ -101,5 +108,21 @@ def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
             reason = "euler"
         reasons.append(reason)
     nothing = np.full(axes, np.nan)
-    return GammaRange(np.where(stable, low, nothing), np.where(stable, high, nothing),
-                      tuple(reasons))  # fmt: skip
+    return GammaRange(
+        np.where(stable, low, nothing), np.where(stable, high, nothing), tuple(reasons)
+    )
+
+
+def _nearest_stable(
+    radii: Callable[[Array], Array], chosen: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Stable rates next to the chosen ones, and whether there are any, (axes,) each."""
+    base, stable = chosen.copy(), radii(chosen) < 1.0
+    for step in range(1, _SEARCHED + 1):
+        for multiple in (_FINE_STEP**-step, _FINE_STEP**step):
+            if stable.all():
+                return base, stable
+            better = ~stable & (radii(np.where(stable, base, chosen * multiple)) < 1.0)
+            base = np.where(better, chosen * multiple, base)
+            stable = stable | better
+    return base, stable

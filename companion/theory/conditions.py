@@ -167,18 +167,27 @@ def _sampled(name: str, radius: float, f: Findings) -> Condition:
 
 def _gamma(f: Findings) -> Condition:
     name = "Γ in the safe range"
+    rate = f"at {1.0 / f.sample_s:g} Hz"
     if math.isnan(f.gamma_low):
-        return Condition(
-            name, False, f"Γ = {f.gamma:g}, no range around it",
-            "the sampled loop is unstable with this Γ: see above",
-        )  # fmt: skip
-    found = f"{f.gamma_low:.3g} < {f.gamma:g} < {f.gamma_high:.3g}"
-    if f.gamma < f.gamma_high:
+        reason = f"no Γ from {f.gamma / 270.0:.2g} to {f.gamma * 270.0:.2g} is stable {rate}"
+        return Condition(name, False, f"Γ = {f.gamma:g}, no range", reason)
+    low = f"{f.gamma_low:.3g} < " if f.gamma_low > 0.0 else ""
+    found = f"Γ = {f.gamma:g}; safe: {low}Γ < {f.gamma_high:.3g}"
+    if f.gamma_low < f.gamma < f.gamma_high:
         return Condition(name, True, found)
-    return Condition(
-        name, False, found,
-        "the adaptation mode √(mΓ) lies above half the sampling frequency: samples do not hold it",
-    )  # fmt: skip
+    if f.gamma <= f.gamma_low:
+        reason = (
+            f"with Γ below {f.gamma_low:.3g} the estimate lags behind what the loop needs, and "
+            f"the loop is unstable {rate}"
+        )
+    else:
+        reason = {
+            "euler": f"explicit Euler {rate} is stable only for Γ < {1.0 / f.sample_s:.4g}",
+            "nyquist": "the adaptation mode √(mΓ) lies above half the sampling frequency: samples "
+            "do not hold it",
+            "whole loop": f"with Γ above {f.gamma_high:.3g} the loop is unstable {rate}",
+        }[f.gamma_high_reason]
+    return Condition(name, False, found, reason)
 
 
 def _pole(pole: complex) -> str:
