@@ -22,8 +22,8 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import expm
 
+from companion.control.matrix_exponential import matrix_exponential
 from companion.control.reference_model import Array
 from companion.control.transfer_function import TransferFunction, first_order
 
@@ -170,7 +170,7 @@ def _adaptation_matrix(
         system[p + 2, p + 3] = 0.0
         step = np.eye(p + 4) + system * dt_s
     else:
-        step = expm(system * dt_s)
+        step = matrix_exponential(system * dt_s)
     matrix: Array = step[: p + 1].copy()
     slope = step[: p + 1, p + 3] / dt_s
     matrix[:, p + 2] -= slope
@@ -203,7 +203,7 @@ def _step_matrices(gains: L1Gains, dt_s: float) -> _Step:
         n = function.order
         system = np.zeros((n + 1, n + 1))
         system[:n, :n], system[:n, n] = a, b
-        low_pass.append(_padded(expm(system * dt_s)[:n], n, order))
+        low_pass.append(_padded(matrix_exponential(system * dt_s)[:n], n, order))
     return _Step(np.stack(adaptation), np.stack(low_pass))
 
 
