@@ -23,6 +23,8 @@ from companion.theory.nyquist import OfS, unstable_zeros
 from companion.theory.plant import AxisPlant, ComplexArray, evaluate
 
 PADE_ORDER = 5
+_NO_DELAY_S = 1e-6
+"""Below it the approximation's fast poles are only a burden to the arithmetic."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +104,7 @@ def poles_of_h(loop: AxisLoop, pade_order: int = PADE_ORDER) -> ComplexArray:
 
 def pade(delay_s: float, order: int) -> tuple[list[float], list[float]]:
     """Numerator and denominator of the diagonal Padé approximation of ``e^{-s delay}``."""
-    if delay_s == 0.0:
+    if delay_s < _NO_DELAY_S:
         return [1.0], [1.0]
     coefficient = 1.0
     ascending = [coefficient]

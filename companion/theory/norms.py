@@ -10,8 +10,8 @@ change that a grid twice as fine and twice as long makes as its uncertainty.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
 
+from companion.control.matrix_exponential import matrix_exponential
 from companion.control.reference_model import Array
 from companion.theory.nyquist import OfS
 from companion.theory.plant import imaginary
@@ -81,7 +81,7 @@ def of_rational(numerator: tuple[float, ...], denominator: tuple[float, ...]) ->
     step_s = 2e-3 / float(np.abs(poles).max())
     count = int(np.ceil(_FADED / float(-poles.real.max()) / step_s))
     states = b[:, None]
-    advance = expm(a * step_s)
+    advance = matrix_exponential(a * step_s)
     while states.shape[1] <= count:
         states = np.hstack([states, advance @ states])
         advance = advance @ advance

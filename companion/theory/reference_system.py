@@ -13,10 +13,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
 
 from companion.control import l1_adaptive
 from companion.control.l1_adaptive import Discretisation, L1Gains
+from companion.control.matrix_exponential import matrix_exponential
 from companion.control.reference_model import Array
 from companion.control.transfer_function import TransferFunction
 from companion.theory.plant import AxisPlant
@@ -209,7 +209,7 @@ def _zero_order_hold(a: Array, b: Array, step_s: float) -> tuple[Array, Array]:
     n, inputs = b.shape
     system = np.zeros((n + inputs, n + inputs))
     system[:n, :n], system[:n, n:] = a, b
-    exponential = expm(system * step_s)
+    exponential = matrix_exponential(system * step_s)
     return exponential[:n, :n], exponential[:n, n:]
 
 

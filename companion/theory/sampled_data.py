@@ -19,10 +19,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.linalg import expm
 
 from companion.control import delay
 from companion.control.interfaces import InnerController, OuterController
+from companion.control.matrix_exponential import matrix_exponential
 from companion.control.mpc import MpcRecord
 from companion.control.reference_model import Array
 from companion.control.transfer_function import TransferFunction
@@ -174,7 +174,7 @@ def _held(rational: TransferFunction, h: float, rest: float) -> tuple[Array, Arr
     system = np.zeros((n + 2, n + 2))  # velocity ..., position, input
     system[:n, :n], system[:n, n + 1] = a, b
     system[n, 0] = 1.0
-    first, second = expm(system * rest), expm(system * (h - rest))
+    first, second = matrix_exponential(system * rest), matrix_exponential(system * (h - rest))
     keep = n + 1
     late = second[:keep, :keep] @ first[:keep, -1]
     return (second @ first)[:keep, :keep], late, second[:keep, -1]
