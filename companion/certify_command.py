@@ -8,22 +8,18 @@ from typing import TextIO
 
 from rich.console import Console
 
-from companion.config.models import GeofenceConfig
 from companion.config.resolve import FlightConfig, load_flight
 from companion.config.yaml_source import ConfigError
-from companion.control.inner import L1Controller
-from companion.control.interfaces import OuterController
-from companion.flight.assemble import make_stack
-from companion.theory.certificate import Subject, certify
+from companion.experiments.certified import certificate_subject
+from companion.theory.certificate import certify
 from companion.theory.certificate_figure import draw_certificate
 from companion.theory.certificate_record import certificate_record
 from companion.theory.certificate_table import print_certificate
-from companion.theory.envelope import Air, ThrustLoop
+from companion.theory.envelope import Air
 
 JSON_NAME, FIGURE_NAME = "certificate.json", "certificate.png"
 _WIDE = 160
 _STRONGEST_WIND_M_S = 50.0
-_FAR = 1e6
 
 
 class BadInputError(Exception):
@@ -64,7 +60,7 @@ def run_certify(request: CertifyRequest) -> bool:
         )
     try:
         config = _load(request)
-        subject = _subject(config, request)
+        subject = certificate_subject(config, request.wind_m_s)
     except ConfigError as error:
         raise BadInputError(str(error)) from error
     try:
@@ -100,54 +96,6 @@ def _load(request: CertifyRequest) -> FlightConfig:
     if request.rate_hz is not None:
         settings["state_rate_hz"] = repr(float(request.rate_hz))
     return load_flight(None, overrides, settings)
-
-
-def _subject(config: FlightConfig, request: CertifyRequest) -> Subject:
-    """What is certified.
-
-    Raises:
-        ConfigError: no L1 controller, or a vehicle without stated dynamics.
-    """
-    controller, vehicle = config.controller, config.vehicle
-    if controller.l1 is None:
-        raise ConfigError(
-            f"{request.controller}: certify speaks of L1 controllers, and the framework "
-            f"{controller.framework} has none: there is no norm condition to check. Give a "
-            "controller of the frameworks mpc-l1, pid-l1, lqr-l1 or l1."
-        )
-    if vehicle.dynamics is None:
-        raise ConfigError(
-            f"{request.vehicle}: the vehicle's file has no section 'dynamics', so that A(s) is not "
-            "known. Measure it (tools/measure_responses.py shows how) and add it."
-        )
-    inner, outer = _unlimited(config)
-    return Subject(
-        gains=inner.gains,
-        outer=outer,
-        vehicle=vehicle,
-        dynamics=vehicle.dynamics,
-        thrust=ThrustLoop(
-            controller.thrust.proportional, controller.thrust.maximum_acceleration_m_s2
-        ),
-        air=Air(wind_m_s=request.wind_m_s),
-        sample_s=1.0 / config.mission.state_rate_hz,
-    )
-
-
-def _unlimited(config: FlightConfig) -> tuple[L1Controller, OuterController]:
-    """The laws with their constraints far away: what is linear is certified."""
-    vehicle = config.vehicle.model_copy(
-        update={"speed_limit_m_s": _FAR, "climb_limit_m_s": _FAR, "descent_limit_m_s": _FAR}
-    )
-    everywhere = GeofenceConfig(low_m=(-_FAR, -_FAR, -_FAR), high_m=(_FAR, _FAR, _FAR))
-    mission = config.mission.model_copy(update={"geofence": everywhere})
-    controller = config.controller
-    if controller.mpc is not None:
-        mpc = controller.mpc.model_copy(update={"r_max_m_s2": _FAR})
-        controller = controller.model_copy(update={"mpc": mpc})
-    stack = make_stack(controller, vehicle, mission)
-    assert isinstance(stack.inner, L1Controller)
-    return stack.inner, stack.outer
 
 
 def _settings(pairs: tuple[str, ...]) -> dict[str, str]:

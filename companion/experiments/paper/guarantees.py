@@ -7,12 +7,13 @@ import numpy as np
 from companion.config.resolve import FlightConfig
 from companion.config.yaml_source import ConfigError
 from companion.control.l1_adaptive import L1Gains
+from companion.experiments.certified import certificate_subject
 from companion.experiments.paper.results import Guarantees
 from companion.experiments.paper.scale import VELOCITY_NOISE_M_S
 from companion.flight.assemble import l1_gains
 from companion.theory.certificate import Certificate, certify
+from companion.theory.envelope import Air
 from companion.theory.plant import AxisPlant, axis_plants
-from companion.theory.subject import subject_of
 
 _STANDARD_DEVIATIONS = 5.0
 
@@ -38,7 +39,7 @@ def theory_of(config: FlightConfig) -> Theory:
     dynamics, l1 = config.vehicle.dynamics, config.controller.l1
     if dynamics is None or l1 is None:
         raise ConfigError("the study needs the vehicle's `dynamics` and the controller's `l1`.")
-    certificate = certify(subject_of(config))
+    certificate = certify(certificate_subject(config, Air().wind_m_s))
     axes = certificate.axes
 
     def vector(values: list[float | None]) -> np.ndarray:
