@@ -5,6 +5,7 @@ alone: a flight takes the signal for "land".  It ends when its parent does, howe
 """
 
 import concurrent.futures
+import gc
 import multiprocessing
 import os
 import threading
@@ -190,6 +191,7 @@ def _begin_worker() -> None:
     """Of a worker's process, before its first work."""
     if hasattr(os, "setpgid"):
         os.setpgid(0, 0)
+    gc.freeze()  # what was imported stays: the collector need not look at it again
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
