@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from companion.experiments.flight_store import (
@@ -85,11 +85,13 @@ def run_campaign(
             with Workers(fly or fly_and_keep, min(jobs, len(missing))) as workers:
                 workers.run(missing, on_done)
         except KeyboardInterrupt as interrupt:
-            _sweep(folder)
+            kept = sum(summary.outcome != FAILED for summary in results.values())
             raise CampaignInterruptedError(
-                f"interrupted: {len(results)} of {len(jobs_by_key)} flights are kept in {folder}. "
+                f"interrupted: {kept} of {len(jobs_by_key)} flights are kept in {folder}. "
                 "The same command with the same folder goes on from there."
             ) from interrupt
+        finally:
+            _sweep(folder)
     return {key: results[key] for key in jobs_by_key}
 
 
@@ -101,16 +103,19 @@ def fly_and_keep(job: Job) -> Summary:
 
 
 def _kept(job: Job) -> Summary | None:
-    """The figures of a flight that was flown before; None if it was not, or can't be read."""
+    """The figures of a flight that was flown before; None if it was not, or can't be read.
+
+    They are those of the task that is asked for, which may name its files by other paths.
+    """
     path = flight_path(job.folder, job.key)
     try:
-        return read_summary(path)
+        return replace(read_summary(path), task=job.task)
     except (OSError, ValueError):
         return None
 
 
 def _sweep(folder: Path) -> None:
-    """Take away what workers that were stopped left unfinished."""
+    """Take away what workers that died or were stopped left unfinished, now or in another run."""
     for path in (folder / "flights").glob(".*.parquet.*"):
         path.unlink(missing_ok=True)
 

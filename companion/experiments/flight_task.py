@@ -19,8 +19,20 @@ _DIGEST_LETTERS = 10
 _NAMED_FILES = {"controller", "vehicle", "trajectory", "wind"}
 """Keys of a mission that name a file: its content decides, not its name."""
 _NO_INFLUENCE = {"experiments", "report", "theory", "recording", "config"}
-"""Rooms of the companion whose code decides nothing of a simulated flight; of `config` only what
-it makes of the files does."""
+"""Rooms of the companion whose code decides nothing of a simulated flight, but for the files
+below; of `config` only what it makes of the files does."""
+_DECIDING = (
+    "experiments/flight_store.py",
+    "experiments/flight_table.py",
+    "experiments/fly_task.py",
+    "experiments/memory_log.py",
+    "frames.py",
+    "lockstep.py",
+    "report/flight_data.py",
+    "report/metrics.py",
+    "vehicle_state.py",
+)
+"""Of the flight, and of what is kept of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +144,7 @@ def _file_digest(path: str | Path) -> str:
 def code_digest() -> str:
     """Digest of the code, and of the data inside the packages, that flies a simulated flight.
 
-    A package's version alone would let a study in a checkout go on with flights of older code.
+    A package's version alone would let a study in a checkout go on with figures of older code.
     """
     digest = hashlib.sha256()
     for name, path in _deciding_files():
@@ -146,7 +158,7 @@ def _deciding_files() -> Iterator[tuple[str, Path]]:
     ours = Path(companion.__file__).parent
     skipped = {"__pycache__", "_configs", "_scenarios"}
     roots = [p for p in sorted(ours.iterdir()) if p.is_dir() and p.name not in _NO_INFLUENCE]
-    files = [ours / name for name in ("frames.py", "lockstep.py", "vehicle_state.py")]
+    files = [ours / name for name in _DECIDING]
     # Found without being imported: the shim's code is nothing to the companion but bytes.
     spec = importlib.util.find_spec("sitl_shim")
     assert spec is not None

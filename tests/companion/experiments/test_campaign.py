@@ -1,4 +1,5 @@
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from companion.config.resolve import controller_path
 from companion.experiments import flight_store
 from companion.experiments.campaign import run_campaign
 from companion.experiments.flight_store import MissingExtraError, flight_path, read_flight_table
@@ -40,6 +42,17 @@ def test_what_was_flown_before_is_not_flown_again(tmp_path):
     assert [attempts(tmp_path, seed) for seed in (1, 2, 3, 4)] == [1, 1, 1, 1]
     assert repr({key: again[key] for key in first}) == repr(first)  # NaN is not equal to itself
     assert len(again) == 4
+
+
+def test_a_flight_is_known_again_when_its_files_have_moved(tmp_path):
+    shipped = controller_path("mpc-l1", "bebop2")
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        task = FlightTask(str(shutil.copy(shipped, tmp_path / folder / "mine.yaml")), 4)
+        (summary,) = run_campaign([task], tmp_path, 1, fly=stand_ins.keep).values()
+        assert summary.task == task
+
+    assert attempts(tmp_path, 1) == 1
 
 
 @pytest.mark.parametrize("damage", ["truncated", "empty", "text", "foreign"])
