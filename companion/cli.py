@@ -168,6 +168,13 @@ def tune(
     ] = "bebop2",
     budget: Annotated[int, typer.Option(help="Flights in all, shared by the starts.")] = 400,
     starts: Annotated[int, typer.Option(help="Starts of the search.")] = 2,
+    part: Annotated[
+        str,
+        typer.Option(
+            help="What is tuned: gains; of mpc-pid, flown with its MPC, its model or the whole.",
+            metavar="PART",
+        ),
+    ] = "gains",
     seed: Annotated[int, typer.Option(help="Seed of the search and of the flights.")] = 1,
     jobs: Annotated[
         int | None, typer.Option(help="Processes; by default one for each processor.")
@@ -193,7 +200,9 @@ def tune(
 
     number_or_file = _number_or_text(traj)
     assert number_or_file is not None
-    request = TuneRequest(controller, number_or_file, vehicle, budget, starts, seed, jobs, out)
+    request = TuneRequest(
+        controller, number_or_file, vehicle, budget, starts, seed, jobs, out, part
+    )
     try:
         run_tune(request)
     except (ConfigError, TrajectoryFileError, MissingExtraError, OSError) as error:
@@ -255,6 +264,43 @@ def certify(
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(ExitStatus.BAD_INPUT) from error
     raise typer.Exit(ExitStatus.LANDED if holds else ExitStatus.NOT_CERTIFIED)
+
+
+@app.command()
+def paper(
+    quick: Annotated[
+        bool, typer.Option("--quick", help="One seed and a shorter sweep: no spread is claimed.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of the study; by default a new one. One that was interrupted goes on.",
+            metavar="DIR",
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(help="Processes; by default one for each processor.")
+    ] = None,
+) -> None:
+    """Fly the paper's experiments in lockstep, and judge its claims by what was found.
+
+    Writes report.html, each figure as PNG and SVG, results.json, and every flight as Parquet.
+
+    Exit status: 0 done, whatever the verdicts; 2 bad input, 4 interrupted.
+    """
+    from companion.config.yaml_source import ConfigError
+    from companion.experiments.campaign import CampaignInterruptedError
+    from companion.experiments.flight_store import MissingExtraError
+    from companion.paper_command import PaperRequest, run_paper
+
+    try:
+        run_paper(PaperRequest(quick, out, jobs))
+    except (ConfigError, MissingExtraError, OSError) as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+    except CampaignInterruptedError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(ExitStatus.ABORTED) from error
 
 
 _Pid = Annotated[int | None, typer.Option(help="Process id of the flight, if several are running.")]

@@ -15,7 +15,16 @@ from companion.experiments.controller_file import controller_yaml, write_whole
 from companion.experiments.flight_task import FlightTask, load_task
 from companion.experiments.identify_steps import SecondOrder, StepTask, UnidentifiedError, identify
 from companion.experiments.progress import ProgressDisplay
-from companion.experiments.tuned_gains import TUNED, Gains, as_settings, with_gains
+from companion.experiments.tuned_gains import (
+    TUNED,
+    TUNED_BELOW_MPC,
+    Array,
+    Gains,
+    TunedGain,
+    as_settings,
+    point_of,
+    with_gains,
+)
 from companion.experiments.tuning import Evaluation, Trial, TuningResult, tune
 from companion.experiments.tuning_flights import FlownCosts, flight_cost
 from companion.experiments.tuning_text import cost_in_words, result_lines, said_name, source_text
@@ -46,6 +55,9 @@ class TuneRequest:
     """Of the search and of the flights."""
     jobs: int | None = None
     out: Path | None = None
+    part: str = "gains"
+    """What is tuned: "gains" of a baseline; of mpc-pid, flown with its MPC, the "model" alone or
+    the "whole"."""
 
 
 def run_tune(request: TuneRequest, evaluate: Callable[[Gains], float] | None = None) -> Path:
@@ -74,7 +86,7 @@ def run_tune(request: TuneRequest, evaluate: Callable[[Gains], float] | None = N
     if problems:
         raise ConfigError("\n".join(problems))
     framework = config.controller.framework
-    searched = _searched(framework, request)
+    table = _searched(framework, request)
     if request.starts < 1 or request.budget < request.starts:
         raise ConfigError(
             f"--budget {request.budget} is too small for --starts {request.starts}: give at least "
@@ -84,7 +96,8 @@ def run_tune(request: TuneRequest, evaluate: Callable[[Gains], float] | None = N
     if jobs < 1:
         raise ConfigError(f"--jobs {jobs}: give at least one process.")
     template = read_yaml(controller_path(request.controller, config.vehicle.name)).data
-    if framework == _MPC_PID:
+    alone = framework == _MPC_PID and request.part == "gains"
+    if alone:
         task = FlightTask(_PID, request.trajectory, seed=request.seed, vehicle=request.vehicle)
         inner = load_task(task).config.controller.inner_pid
         assert inner is not None
@@ -94,13 +107,14 @@ def run_tune(request: TuneRequest, evaluate: Callable[[Gains], float] | None = N
     log_path.parent.mkdir(parents=True, exist_ok=True)
     try:
         with log_path.open("w", encoding="utf-8") as log:
-            result = _search(request, task, searched, jobs, log, evaluate)
+            first = None if request.part == "gains" else point_of(table, template)
+            result = _search(request, task, (table, first), jobs, log, evaluate)
     except KeyboardInterrupt as interrupt:
         raise TuningInterruptedError(
             f"interrupted: no controller was written. What was flown is in {log_path}."
         ) from interrupt
     models: list[SecondOrder] = []
-    if framework == _MPC_PID:
+    if alone:
         models = _identify(task, result.best.gains, jobs)
     cost = "a given cost" if evaluate is not None else cost_in_words(task)
     said = source_text(_command(request), cost, result, models)
@@ -116,15 +130,22 @@ def run_tune(request: TuneRequest, evaluate: Callable[[Gains], float] | None = N
     return out
 
 
-def _searched(framework: str, request: TuneRequest) -> str:
-    """The framework whose gains are searched."""
+def _searched(framework: str, request: TuneRequest) -> tuple[TunedGain, ...]:
+    """What of the framework is searched."""
+    if request.part != "gains":
+        if framework != _MPC_PID or request.part not in TUNED_BELOW_MPC:
+            raise ConfigError(
+                f"--part {request.part}: of {_MPC_PID} give one of gains, "
+                f"{', '.join(TUNED_BELOW_MPC)}; of every other controller gains."
+            )
+        return TUNED_BELOW_MPC[request.part]
     searched = _PID if framework == _MPC_PID else framework
     if searched not in TUNED:
         raise ConfigError(
             f"{request.controller}: the framework {framework} is not tuned by flights. Those that "
             f"are: {', '.join(sorted([*TUNED, _MPC_PID]))}."
         )
-    return searched
+    return TUNED[searched]
 
 
 def _default_out(request: TuneRequest) -> Path:
@@ -135,7 +156,7 @@ def _default_out(request: TuneRequest) -> Path:
 def _search(
     request: TuneRequest,
     task: FlightTask,
-    searched: str,
+    search_space: tuple[tuple[TunedGain, ...], Array | None],
     jobs: int,
     log: TextIO,
     evaluate: Callable[[Gains], float] | None,
@@ -152,15 +173,16 @@ def _search(
 
     def search(costs: Any) -> TuningResult:  # noqa: ANN401 - a function or an object with a call
         return tune(
-            TUNED[searched],
+            search_space[0],
             costs,
             budget=request.budget,
             starts=request.starts,
             seed=request.seed,
             on_trial=on_trial,
+            first=search_space[1],
         )
 
-    with ProgressDisplay(f"tuning {searched}") as display:
+    with ProgressDisplay(f"tuning {said_name(request.controller)}") as display:
         if evaluate is not None:
             return search(lambda batch: [Evaluation(evaluate(gains)) for gains in batch])
         clock = _Clock(display, request.budget)
@@ -223,4 +245,5 @@ def _command(request: TuneRequest) -> str:
         f"companion tune {said_name(request.controller)} "
         f"--traj {said_name(str(request.trajectory))} --vehicle {said_name(request.vehicle)} "
         f"--budget {request.budget} --starts {request.starts} --seed {request.seed}"
+        + ("" if request.part == "gains" else f" --part {request.part}")
     )

@@ -86,6 +86,19 @@ TUNED: dict[str, tuple[TunedGain, ...]] = {
 }
 """By framework."""
 
+_MODEL = (
+    TunedGain("mpc_model.m", _XY, 0.5, 20.0, (2.0, 5.0), from_zero=False),
+    TunedGain("mpc_model.k", _XY, 0.2, 5.0, (0.8, 1.5), from_zero=False),
+    TunedGain("mpc_model.m", _Z, 0.5, 30.0, (3.0, 6.0), from_zero=False),
+    TunedGain("mpc_model.k", _Z, 0.2, 10.0, (0.8, 2.0), from_zero=False),
+)
+
+TUNED_BELOW_MPC: dict[str, tuple[TunedGain, ...]] = {
+    "model": _MODEL,
+    "whole": (*TUNED["pid"], *_MODEL),
+}
+"""Of mpc-pid, flown with its MPC: its model alone, or the PID and the model together."""
+
 
 def gains_at(table: Sequence[TunedGain], point: Sequence[float] | Array) -> Gains:
     """The gains at a point of the search."""
@@ -106,6 +119,15 @@ def starting_points(
     ]
     drawn = [(f"random {k + 1}", random.uniform(0.1, 0.9, len(table))) for k in range(count - 2)]
     return (named + drawn)[:count]
+
+
+def point_of(table: Sequence[TunedGain], data: Mapping[str, Any]) -> Array:
+    """The point of the search at which a controller's file stands, cut to the ranges."""
+    point = []
+    for tuned in table:
+        section, _, name = tuned.key.partition(".")
+        point.append(tuned.coordinate(float(data[section][name][tuned.axes[0]])))
+    return np.clip(np.array(point), 0.0, 1.0)
 
 
 def as_settings(gains: Gains) -> tuple[tuple[str, str], ...]:

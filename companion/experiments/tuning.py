@@ -74,6 +74,7 @@ def tune(
     starts: int,
     seed: int,
     on_trial: Callable[[Trial], None] = lambda _: None,
+    first: Array | None = None,
 ) -> TuningResult:
     """Search until the budget is spent; the same arguments give the same result.
 
@@ -84,6 +85,7 @@ def tune(
         starts: how many starts.
         seed: of the search.
         on_trial: told each trial, in the order of their numbers.
+        first: the first start, in place of the table's gentle one.
 
     Raises:
         ValueError: the budget has not one evaluation for each start.
@@ -93,6 +95,8 @@ def tune(
         raise ValueError(f"a budget of {budget} is too small for {starts} starts")
     streams = np.random.SeedSequence(seed).spawn(starts + 1)
     points = starting_points(table, starts, np.random.default_rng(streams[-1]))
+    if first is not None:
+        points[0] = ("as it stands", first)
     shares = [budget // starts + (k < budget % starts) for k in range(starts)]
     searches = [
         _Search(name, _strategy(point, stream), share)

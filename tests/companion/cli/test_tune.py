@@ -79,6 +79,22 @@ def test_mpc_pid_gets_the_tuned_pid_the_identified_model_and_the_mpc_of_mpc_l1(
     assert "x ω 2.00 rad/s ζ 0.50" in written.source
 
 
+@pytest.mark.parametrize(("part", "sections"), [("model", 1), ("whole", 2)])
+def test_a_part_of_mpc_pid_is_searched_from_where_its_file_stands(part, sections, tmp_path):
+    out = tmp_path / "a.yaml"
+    run_tune(TuneRequest("mpc-pid", budget=30, out=out, part=part), cost)
+
+    shipped = load_flight(None, {"controller": "mpc-pid"}, {}).controller
+    written = load_flight(None, {"controller": str(out)}, {}).controller
+    changed = [n for n in ("mpc_model", "inner_pid") if getattr(written, n) != getattr(shipped, n)]
+    assert len(changed) == sections
+    assert written.mpc == shipped.mpc
+    assert f"--seed 1 --part {part}" in written.source
+    first = json.loads((tmp_path / "a.jsonl").read_text().splitlines()[0])
+    assert first["start"] == "as it stands"
+    assert first["gains"]["mpc_model.m"] == pytest.approx(shipped.mpc_model.m, rel=1e-3)
+
+
 def test_a_few_flights_find_gains_no_worse_than_the_starts(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "short.csv").write_text(SHORT)
@@ -107,6 +123,8 @@ def test_a_few_flights_find_gains_no_worse_than_the_starts(tmp_path, monkeypatch
         (["pid", "--budget", "1"], "--budget 1 is too small for --starts 2"),
         (["pid", "--starts", "0"], "--starts 0"),
         (["pid", "--jobs", "0"], "--jobs"),
+        (["pid", "--part", "model"], "--part model: of mpc-pid give one of"),
+        (["mpc-pid", "--part", "half"], "--part half"),
     ],
 )
 def test_what_can_not_be_tuned_is_said_before_anything_is_begun(
