@@ -35,6 +35,8 @@ class AdaptationRate:
     """The same with the vehicle's measurement noise."""
     stable: np.ndarray
     """(rates,) whether the noise-free loop did not oscillate."""
+    noisy_stable: np.ndarray
+    """The same with noise."""
     slope: float
     """Of log max |ỹ| (of the horizontal axes, noise-free) over log Γ, where the loop is stable."""
     slope_all: float
@@ -80,6 +82,7 @@ def evaluate(flights: Flights, scale: Scale, m: float) -> AdaptationRate:
         exact,
         noisy,
         stable,
+        horizontal_noisy < _LOST_M_S,
         slope=log_slope(gammas[stable], horizontal[stable]),
         slope_all=log_slope(gammas, horizontal),
         noise_decides_from=float(gammas[decides].min()) if decides.any() else math.inf,

@@ -64,7 +64,7 @@ def draw(results: PaperResults) -> Figure:
         say(axes, "none of the flights could be flown")
         return figure
     axes.set(xscale="log", yscale="log")
-    _draw_points(axes, sweep.gammas, noisy, sweep.stable, L1_NOISY, "with measurement noise")
+    _draw_points(axes, sweep.gammas, noisy, sweep.noisy_stable, L1_NOISY, "with measurement noise")
     _draw_points(axes, sweep.gammas, exact, sweep.stable, L1, "noise-free")
     _draw_slope(axes, sweep, exact)
     floor = sweep.noise_floor_m_s * _MM
@@ -127,11 +127,12 @@ def _shade_slow_sampling(axes: Axes, sweep: AdaptationRate) -> None:
     begin = math.sqrt(sweep.well_sampled_to * slow.min())
     axes.axvspan(begin, 1.25 * sweep.gammas.max(), color=FAINT, alpha=0.5, lw=0, zorder=-5)
     axes.text(
-        begin * 1.02,
+        0.995,
         0.98,
         "sampled more slowly\nthan 10 √(mΓ)",
+        ha="right",
         va="top",
-        transform=axes.get_xaxis_transform(),
+        transform=axes.transAxes,
         fontsize=SMALL,
         color=INK,
     )

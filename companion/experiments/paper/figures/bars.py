@@ -116,6 +116,7 @@ def _draw_bar(
         axes.errorbar(place, bar.value, bar.spread, color=INK, elinewidth=1.0, capsize=2.0)
         reach += bar.spread if bar.value >= 0.0 else -bar.spread
     text = f"{bar.value:.0f}" if abs(bar.value) >= 99.5 else f"{bar.value:.1f}"
+    text = text.replace("-", "−")
     up = bar.value >= 0.0
     lines = [bar.note, text] if up else [text, bar.note]
     axes.annotate(

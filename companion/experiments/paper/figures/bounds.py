@@ -18,8 +18,10 @@ from companion.experiments.paper.figures.style import (
 from companion.experiments.paper.results import PaperResults
 
 _MM = 1e3
+_LINEAR_MM_S = 3.0
+"""The scale is linear up to here, and logarithmic beyond."""
 _NEAR = 2.5
-"""A bound within this many times the curves' reach is drawn; a farther one would squash them."""
+"""A bound within this many times the curves' reach leaves the scale linear."""
 
 
 def caption(results: PaperResults) -> str:
@@ -45,7 +47,8 @@ def caption(results: PaperResults) -> str:
         "The L1 controller alone, given r2 directly, in calm air: a hover of "
         f"{HOVER_S:g} s, then a straight line in space, then rest; seed {results.scale.seeds[0]}. "
         "Left: the estimation error ỹ in mm/s, noise-free (dark) and with the vehicle's "
-        "measurement noise (light), and its bound γ0 (with noise, "
+        "measurement noise (light), and its bound γ0 (dashed; the scale is logarithmic beyond "
+        f"±{_LINEAR_MM_S:g} mm/s; with noise, "
         + ", ".join(f"{a} {e * _MM:.0f}" for a, e in zip(AXES, extra, strict=True))
         + " mm/s may come on top). Right: the true position y2 of the noise-free flight and "
         "y2_id = D(s) r2, in metres." + said
@@ -87,12 +90,17 @@ def _draw_error(
             axes.axhline(sign * bound, **SHOULD_BE)
         axes.set_ylim(-1.25 * bound, 1.25 * bound)
         note(axes, f"bound γ0 = ±{gamma_0_m_s:.3g} m/s")
+    elif np.isfinite(bound):
+        axes.set_yscale("symlog", linthresh=_LINEAR_MM_S, linscale=0.6)
+        axes.set_yticks([-1e3, -1e2, -1e1, 0.0, 1e1, 1e2, 1e3])
+        axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
+        axes.set_ylim(-4.0 * bound, 4.0 * bound)
+        for sign in (1.0, -1.0):
+            axes.axhline(sign * bound, **SHOULD_BE)
+        note(axes, f"bound γ0 = ±{gamma_0_m_s:.3g} m/s: {bound / reach:.0f} × the largest |ỹ|")
     else:
         axes.set_ylim(-1.2 * reach, 1.45 * reach)
-        if np.isfinite(bound):
-            note(axes, f"bound γ0 = ±{gamma_0_m_s:.3g} m/s: {bound / reach:.0f} × what is drawn")
-        else:
-            note(axes, "no bound γ0: the conditions do not hold")
+        note(axes, "no bound γ0: the conditions do not hold")
     axes.set_title(f"ỹ {AXES[k]}, mm/s")
 
 

@@ -6,13 +6,14 @@ from matplotlib.figure import Figure
 
 from companion.experiments.paper.changing_dynamics import HoverConvergence
 from companion.experiments.paper.figures.style import (
+    INK,
     L1,
     L1_NOISY,
     MUTED,
     SHOULD_BE,
+    SMALL,
     legend_above,
     new_figure,
-    note,
     say,
     smooth,
     thin,
@@ -20,7 +21,9 @@ from companion.experiments.paper.figures.style import (
 from companion.experiments.paper.results import PaperResults
 from companion.report.flight_data import Array
 
-_WINDOW_S = 1.0
+_WINDOW_S = 5.0
+_SHOWN = (-3.0, 4.0)
+"""Range of the parts that is drawn, in units of the expected value."""
 _MM = 1e3
 
 
@@ -29,7 +32,7 @@ def caption(results: PaperResults) -> str:
     hover = results.changing_dynamics.hover
     text = (
         "A hover of MPC-L1 in steady wind of 3 m/s, from the take-over on; "
-        f"seed {results.scale.seeds[0]}. Above, the length of the horizontal σ̂ (in the unit of u: "
+        f"seed {results.scale.seeds[0]}. Above, logarithmic, the length of the horizontal σ̂ (in the unit of u: "
         "the sine of a tilt), noise-free (dark), with measurement noise (light) and that as a "
         f"moving average of {_WINDOW_S:g} s, beside what the wind's push asks for (dashed). Below, "
         "its parts along x and y, noise-free."
@@ -65,15 +68,27 @@ def draw(results: PaperResults) -> Figure:
     clean = np.linalg.norm(hover.sigma_hat[:, :2], axis=1)
     _plot(lengths, hover.times_s, clean, L1, 1.6, "noise-free")
     lengths.axhline(hover.expected_sine, **SHOULD_BE, label="expected: push / g")
-    lengths.set_ylim(0.0, 1.1 * max(float(np.percentile(noisy, 99.5)), 1.2 * hover.expected_sine))
+    lengths.set_yscale("log")
+    lengths.set_ylim(0.2 * hover.expected_sine, 1.2 * float(max(noisy.max(), clean.max())))
+    lengths.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     lengths.set_title("length of horizontal σ̂")
-    note(lengths, f"settled within a tenth after {hover.settling_s:.1f} s", y=0.05)
+    lengths.axvline(hover.settling_s, color=INK, lw=1.0, ls=":")
+    lengths.annotate(
+        f"within a tenth from {hover.settling_s:.1f} s on",
+        (hover.settling_s, 0.97),
+        (4, 0),
+        xycoords=lengths.get_xaxis_transform(),
+        textcoords="offset points",
+        va="top",
+        fontsize=SMALL,
+    )
     legend_above(lengths)
     for k, colour, style in ((0, L1, "-"), (1, L1, ":")):
         times, values = thin(hover.times_s, hover.sigma_hat[:, k])
         parts.plot(times, values, color=colour, lw=1.4, ls=style, label=f"σ̂ {'xy'[k]}")
     parts.axhline(0.0, color=MUTED, lw=0.8)
-    parts.set_title("its parts, noise-free")
+    parts.set_ylim(*(share * hover.expected_sine for share in _SHOWN))
+    parts.set_title("its parts, noise-free (the beginning is off the scale)")
     legend_above(parts)
     parts.set_xlabel("time since the take-over, s")
     parts.margins(x=0.01)

@@ -1,5 +1,6 @@
 """A load taken up in flight."""
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -19,11 +20,13 @@ from companion.experiments.paper.figures.style import (
     new_figure,
     say,
     seeds_text,
+    smooth,
     thin,
 )
 from companion.experiments.paper.results import PaperResults
 
 _MM = 1e3
+_WINDOW_S = 0.5
 
 
 def caption(results: PaperResults) -> str:
@@ -37,8 +40,8 @@ def caption(results: PaperResults) -> str:
     return (
         f"Trajectory {TRAJECTORY} in calm air; {LOAD_AT_S:g} s into it, a load of 0.1 kg, a fifth "
         "of the vehicle's mass, is taken up and kept. Left, over time: true minus desired height "
-        "in millimetres, and σ̂ of the vertical axis in m/s, which finds the load "
-        f"(seed {results.scale.seeds[0]}). Right: the mean distance |y2* − y2| in millimetres "
+        "in millimetres, and σ̂ of the vertical axis in m/s, pale, with its moving average "
+        f"of {_WINDOW_S:g} s (seed {results.scale.seeds[0]}). Right: the mean distance |y2* − y2| in millimetres "
         "within 2 s of the load, from 5 s after it to the end, and in the same part of a flight "
         f"without it; {seeds_text(results.scale.seeds)}."
         + (f" Greatest sag: {sags}." if sags else "")
@@ -58,9 +61,7 @@ def draw(results: PaperResults) -> Figure:
     for name, step in load.items():
         times, values = thin(step.times_s, step.height_error_m * _MM)
         height.plot(times, values, color=COLOURS[name], lw=1.3, label=name_of(name))
-        times, values = thin(step.times_s, step.sigma_hat_z)
-        if len(times):
-            sigma.plot(times, values, color=COLOURS[name], lw=1.3)
+        _draw_sigma(sigma, step, COLOURS[name])
     for axes in (height, sigma):
         axes.axvline(LOAD_AT_S, color=INK, lw=1.0, ls=":")
         axes.margins(x=0.01)
@@ -85,6 +86,15 @@ def draw(results: PaperResults) -> Figure:
 def _flown(results: PaperResults, controller: str) -> bool:
     step = results.changing_dynamics.load.get(controller)
     return step is not None and len(step.times_s) > 0
+
+
+def _draw_sigma(axes: Axes, step: LoadStep, colour: str) -> None:
+    """As it is, pale, and as a moving average; nothing of a controller that has no σ̂."""
+    if not np.isfinite(step.sigma_hat_z).all():
+        return
+    axes.plot(*thin(step.times_s, step.sigma_hat_z), color=colour, lw=0.6, alpha=0.3)
+    mean = smooth(step.times_s, step.sigma_hat_z, _WINDOW_S)
+    axes.plot(*thin(step.times_s, mean), color=colour, lw=1.5)
 
 
 def _draw_means(axes: Axes, load: dict[str, LoadStep]) -> None:

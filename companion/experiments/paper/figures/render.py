@@ -18,6 +18,7 @@ from companion.experiments.paper.results import PaperResults
 
 FOLDER = "figures"
 _DPI = 150
+_PAYS_FROM = 3
 _SLOW = ("trajectories", "bounds", "reference_system")
 """First in the order, so that they are dealt out evenly."""
 _FALLBACKS = "'DejaVu Sans', Verdana, Geneva, sans-serif"
@@ -40,7 +41,8 @@ def draw_figures(results: PaperResults, folder: Path, jobs: int = 1) -> list[Dra
     Args:
         results: of the study.
         folder: of the study; `figures` is made in it.
-        jobs: how many processes.
+        jobs: how many processes; with fewer than three, one does it: to start another takes as
+            long as it would save.
 
     Returns:
         The figures in the order of the page.
@@ -51,7 +53,7 @@ def draw_figures(results: PaperResults, folder: Path, jobs: int = 1) -> list[Dra
     (folder / FOLDER).mkdir(parents=True, exist_ok=True)
     names = [one.name for one in DRAWINGS]
     order = sorted(names, key=lambda name: name not in _SLOW)
-    if jobs <= 1:
+    if jobs < _PAYS_FROM:
         drawn = [draw_one(results, name, folder) for name in order]
     else:
         drawn = _in_processes(results, order, folder, min(jobs, len(order)))

@@ -29,18 +29,18 @@ def caption(_: PaperResults) -> str:
     return (
         "The five desired trajectories, in metres (x east, y north, z up), each to one scale over "
         "the 20 s that are scored; the dot is the start, the grey line the shadow on the floor. "
-        "The orange line is the axis of the fan's jet, from the fan (square) to where it crosses the "
-        "path; its profile is a Gaussian with σ = 0.4 m. From 1 to 5 they get faster and more curved; the "
-        "greatest speed and acceleration stand above each."
+        "The orange line is the axis of the fan's jet, from the fan (square) to where it crosses "
+        "the path; its profile is a Gaussian with σ = 0.4 m. From 1 to 5 they get faster and more "
+        "curved; the greatest speed and acceleration stand above each."
     )
 
 
 def draw(_: PaperResults) -> Figure:
     """Draw."""
-    figure = new_figure(6.6)
+    figure = new_figure(5.5)
     figure.set_layout_engine("none")
     grid = figure.add_gridspec(
-        2, 3, left=0.01, right=0.97, bottom=0.02, top=0.95, wspace=0.08, hspace=0.12
+        2, 3, left=0.01, right=0.97, bottom=0.0, top=1.0, wspace=0.08, hspace=0.0
     )
     for k, (number, trajectory) in enumerate(TEST_TRAJECTORIES.items()):
         axes = figure.add_subplot(grid[divmod(k, 3)], projection="3d")
@@ -49,7 +49,8 @@ def draw(_: PaperResults) -> Figure:
         _draw_path(axes, motion.position_m, fan_of(number))
         speed = np.linalg.norm(motion.velocity_m_s, axis=1).max()
         acceleration = np.linalg.norm(motion.acceleration_m_s2, axis=1).max()
-        axes.set_title(f"{trajectory.name}\n{speed:.1f} m/s, {acceleration:.1f} m/s²", loc="center")
+        title = f"{trajectory.name}\n{speed:.1f} m/s, {acceleration:.1f} m/s²"
+        axes.set_title(title, loc="center", y=0.91)
     key = figure.add_subplot(grid[1, 2])
     say(key, "")
     key.plot([], [], color=INK, lw=1.6, label="desired path")

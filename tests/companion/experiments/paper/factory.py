@@ -210,6 +210,7 @@ def _adaptation_rate(scale: Scale) -> AdaptationRate:
         exact,
         noisy,
         stable=np.array([g > 100.0 for g in gammas]),
+        noisy_stable=np.array([g > 150.0 for g in gammas]),
         slope=-0.9,
         slope_all=-1.3,
         noise_decides_from=500.0,
