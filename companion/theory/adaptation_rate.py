@@ -26,9 +26,9 @@ UpperReason = Literal["whole loop", "euler", "nyquist"]
 _STEP = 1.5
 _LOWEST = 1e-2
 _LARGEST_MULTIPLE = 1e4
-_FINE_STEP = 1.15
-_SEARCHED = 40
-"""Steps either way from an unstable Γ: a factor of 270."""
+_FINE_STEP = 1.1
+_SEARCHED = 58
+"""Steps either way from an unstable Γ: a factor of 250."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def sampling_limit(model: TransferFunction, sample_s: float) -> float:
 
 
 def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
-    """The range of Γ in which the whole sampled loop is stable.
+    """The range of Γ in which the sampled loop is stable, with and without the outer controller.
 
     The range around the chosen Γ; where the loop is unstable with that one, the range around the
     stable one that is nearest to it.
@@ -88,10 +88,14 @@ def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
     def radii(gamma: Array) -> Array:
         other = with_gamma(gains, gamma)
         own = adaptation_radii(other, loop.sample_s)
-        whole = period_map(replace(loop, inner=L1Controller(other))).radii
-        return np.maximum(own, whole)
+        law = L1Controller(other)
+        whole = period_map(replace(loop, inner=law)).radii
+        # A fallback holds r2: the loop must be stable without the outer one, too.
+        held = period_map(replace(loop, inner=law, outer=None)).radii
+        return np.maximum(own, np.maximum(whole, held))
 
-    base, stable = _nearest_stable(radii, np.array(gains.gamma))
+    own_limit = 1.0 / loop.sample_s if gains.discretisation == "euler" else np.inf
+    base, stable = _nearest_stable(radii, np.array(gains.gamma), own_limit)
     count = int(np.log(float(base.max()) / _LOWEST) / np.log(_STEP))
     falling = _STEP ** -np.arange(0.0, count)
     rising = _STEP ** np.arange(0.0, np.log(_LARGEST_MULTIPLE) / np.log(_STEP))
@@ -99,7 +103,6 @@ def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
     high = base * first_unstable(lambda k: radii(base * k), rising, axes, np.inf)
     reasons: list[UpperReason] = []
     for i, model in enumerate(gains.reference_model):
-        own_limit = 1.0 / loop.sample_s if gains.discretisation == "euler" else np.inf
         limit = sampling_limit(model, loop.sample_s)
         reason: UpperReason = "whole loop"
         if high[i] >= limit:
@@ -114,15 +117,19 @@ def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
 
 
 def _nearest_stable(
-    radii: Callable[[Array], Array], chosen: Array
+    radii: Callable[[Array], Array], chosen: Array, own_limit: float
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Stable rates next to the chosen ones, and whether there are any, (axes,) each."""
-    base, stable = chosen.copy(), radii(chosen) < 1.0
-    for step in range(1, _SEARCHED + 1):
-        for multiple in (_FINE_STEP**-step, _FINE_STEP**step):
-            if stable.all():
-                return base, stable
-            better = ~stable & (radii(np.where(stable, base, chosen * multiple)) < 1.0)
-            base = np.where(better, chosen * multiple, base)
-            stable = stable | better
+    """Stable rates near the chosen ones, and whether there are any, (axes,) each.
+
+    Just below the law's own limit is looked at first: the range below it may be narrow.
+    """
+    steps = [_FINE_STEP ** (sign * k) for k in range(1, _SEARCHED + 1) for sign in (-1.0, 1.0)]
+    candidates = [chosen, np.minimum(chosen, 0.98 * own_limit), *(chosen * k for k in steps)]
+    base, stable = chosen.copy(), np.zeros(len(chosen), dtype=np.bool_)
+    for candidate in candidates:
+        better = ~stable & (radii(np.where(stable, base, candidate)) < 1.0)
+        base = np.where(better, candidate, base)
+        stable = stable | better
+        if stable.all():
+            break
     return base, stable

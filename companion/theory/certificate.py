@@ -195,6 +195,7 @@ def _axis(
         gamma=gains.gamma[i],
         adaptation_radius=float(own[i]),
         inner_radius=float(inner_radii[i]),
+        inner_pole=complex(maps[0].critical[i]),
         whole_radius=float(whole_radii[i]),
         whole_pole=complex(maps[1].critical[i]),
         gamma_low=float(gamma_range.low[i]),

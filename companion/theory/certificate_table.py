@@ -94,7 +94,7 @@ def _rows(certificate: Certificate) -> list[_Row]:
         ("delay margin, ms", lambda a: _delay(a.whole_margins), "sampled, outer loop too"),
         ("spectral radius", lambda a: f"{a.whole_radius:.4f}", _period(certificate)),
         ("Γ", lambda a: f"{a.loop.gamma:g}", "chosen"),
-        ("least safe Γ", _low, "whole sampled loop stable"),
+        ("least safe Γ", _low, "sampled loop stable"),
         ("largest safe Γ", lambda a: _general(a.gamma_high), "; ".join(sorted(ends))),
     ]
 

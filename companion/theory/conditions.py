@@ -43,6 +43,7 @@ class Findings:
     gamma: float
     adaptation_radius: float
     inner_radius: float
+    inner_pole: complex
     whole_radius: float
     whole_pole: complex
     gamma_low: float
@@ -60,8 +61,8 @@ def conditions(f: Findings) -> tuple[Condition, ...]:
         _projection(f),
         _adaptation(f),
         _continuous(f),
-        _sampled("sampled L1 and K loop", f.inner_radius, f),
-        _sampled("sampled, with outer loop", f.whole_radius, f),
+        _sampled("sampled L1 and K loop", f.inner_radius, f.inner_pole, f),
+        _sampled("sampled, with outer loop", f.whole_radius, f.whole_pole, f),
         _gamma(f),
     )
 
@@ -151,13 +152,13 @@ def _continuous(f: Findings) -> Condition:
     )  # fmt: skip
 
 
-def _sampled(name: str, radius: float, f: Findings) -> Condition:
+def _sampled(name: str, radius: float, pole: complex, f: Findings) -> Condition:
     found = f"spectral radius {radius:.4f}"
     if radius < 1.0:
         return Condition(name, True, found)
     if f.adaptation_radius >= 1.0:
         return Condition(name, False, found, "the adaptation law in it is unstable by itself")
-    oscillates = f"at {abs(f.whole_pole.imag):.1f} rad/s" if f.whole_pole.imag else "monotonously"
+    oscillates = f"at {abs(pole.imag):.1f} rad/s" if pole.imag else "monotonously"
     return Condition(
         name, False, found,
         f"the law as it is flown, at {1.0 / f.sample_s:g} Hz, does not stabilise the plant with "
@@ -169,7 +170,7 @@ def _gamma(f: Findings) -> Condition:
     name = "Γ in the safe range"
     rate = f"at {1.0 / f.sample_s:g} Hz"
     if math.isnan(f.gamma_low):
-        reason = f"no Γ from {f.gamma / 270.0:.2g} to {f.gamma * 270.0:.2g} is stable {rate}"
+        reason = f"no Γ from {f.gamma / 250.0:.2g} to {f.gamma * 250.0:.2g} is stable {rate}"
         return Condition(name, False, f"Γ = {f.gamma:g}, no range", reason)
     low = f"{f.gamma_low:.3g} < " if f.gamma_low > 0.0 else ""
     found = f"Γ = {f.gamma:g}; safe: {low}Γ < {f.gamma_high:.3g}"
