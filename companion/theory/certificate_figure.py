@@ -48,7 +48,7 @@ def draw_certificate(certificate: Certificate, title: str, path: Path) -> None:
     for panel in panels:
         panel.grid(alpha=0.3, which="both", lw=0.5)
         panel.tick_params(labelsize=8)
-        panel.legend(fontsize=8, frameon=False)
+        panel.legend(fontsize=8, framealpha=0.85, edgecolor="none")
     figure.savefig(path, dpi=110)
 
 

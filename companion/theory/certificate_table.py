@@ -12,9 +12,9 @@ from companion.theory.norms import L1Norm
 
 _Row = tuple[str, Callable[[AxisCertificate], str], str]
 _UPPER = {
-    "whole loop": "the loop as a whole",
-    "euler": "explicit Euler, Γ dt < 1",
-    "nyquist": "mode √(mΓ) at half the sampling frequency",
+    "whole loop": "unstable above",
+    "euler": "Euler: Γ dt < 1",
+    "nyquist": "mode at Nyquist",
 }
 
 
@@ -28,7 +28,9 @@ def print_certificate(console: Console, certificate: Certificate, title: str) ->
     """
     console.print(Text(title, style="bold"))
     console.print(_conditions(certificate))
+    console.print()
     console.print(_figures(certificate))
+    console.print()
     for axis, names in _grouped(certificate, lambda c: c.reason):
         console.print(Text(f"fails on {names}: {axis}", style="red"), soft_wrap=True)
     for axis, names in _grouped(certificate, lambda c: c.caution):
@@ -45,13 +47,21 @@ def _conditions(certificate: Certificate) -> Table:
     table.add_column("condition", no_wrap=True)
     for axis in certificate.axes:
         table.add_column(axis.axis, no_wrap=True)
-    table.add_column("found (x; z)", overflow="fold")
-    first, last = certificate.axes[0], certificate.axes[-1]
-    for k, condition in enumerate(first.conditions):
+    table.add_column("found", overflow="fold")
+    for k, condition in enumerate(certificate.axes[0].conditions):
         marks = [_mark(axis, k) for axis in certificate.axes]
-        here, there = condition.found, last.conditions[k].found
-        table.add_row(condition.name, *marks, here if here == there else f"{here}; {there}")
+        table.add_row(condition.name, *marks, _found(certificate, k))
     return table
+
+
+def _found(certificate: Certificate, k: int) -> str:
+    """The figures of a condition; those that axes share once."""
+    by_text: dict[str, list[str]] = {}
+    for axis in certificate.axes:
+        by_text.setdefault(axis.conditions[k].found, []).append(axis.axis)
+    if len(by_text) == 1:
+        return next(iter(by_text))
+    return "\n".join(f"{', '.join(axes)}: {found}" for found, axes in by_text.items())
 
 
 def _mark(axis: AxisCertificate, k: int) -> Text:
@@ -73,34 +83,34 @@ def _figures(certificate: Certificate) -> Table:
 
 
 def _rows(certificate: Certificate) -> list[_Row]:
-    rate = 1.0 / certificate.subject.sample_s
+    rate = f"{1.0 / certificate.subject.sample_s:g} Hz"
     ends = {_UPPER[axis.gamma_high_reason] for axis in certificate.axes}
     return [
-        ("‖G‖", lambda a: _norm(a.norm_g), "numerical value"),
-        ("L that ‖G‖ admits", lambda a: _inverse(a.norm_g), "from ‖G‖"),
+        ("‖G‖", lambda a: _norm(a.norm_g), "value"),
+        ("L that it admits", lambda a: _inverse(a.norm_g), "value"),
         ("L of the drag", lambda a: f"{a.bounds.sigma.lipschitz:.3g}", "bound"),
-        ("‖G‖, drag behind attitude", lambda a: _norm(a.norm_behind), "numerical value"),
-        ("‖C H / M‖", lambda a: _norm(a.norm_ch_over_m), "numerical value"),
-        ("Δ", lambda a: f"{a.bounds.delta:.3g}", "sigma_bound"),
-        ("Δ_d, 1/s", lambda a: f"{a.bounds.sigma.sigma_rate:.3g}", "estimate of a bound"),
-        ("γ0, m/s", lambda a: _or_none(a.bounds.gamma_0_m_s), "bound, given Δ and Δ_d"),
-        ("γ1, m/s", lambda a: _or_none(a.bounds.gamma_1_m_s), "bound, given Δ and Δ_d"),
-        ("gain margin, L1 and K", _continuous_gain, "continuous, factors down … up"),
+        ("‖G‖, drag behind tilt", lambda a: _norm(a.norm_behind), "value"),
+        ("‖C H / M‖", lambda a: _norm(a.norm_ch_over_m), "value"),
+        ("Δ", lambda a: f"{a.bounds.delta:.3g}", "given"),
+        ("Δ_d, 1/s", lambda a: f"{a.bounds.sigma.sigma_rate:.3g}", "estimate"),
+        ("γ0, m/s", lambda a: _or_none(a.bounds.gamma_0_m_s), "bound, for Δ, Δ_d"),
+        ("γ1, m/s", lambda a: _or_none(a.bounds.gamma_1_m_s), "bound, for Δ, Δ_d"),
+        ("gain margin, L1 and K", _continuous_gain, "continuous"),
         ("phase margin", _phase, "continuous"),
-        ("delay margin, ms", _continuous_delay, "continuous, on top of what there is"),
-        ("gain margin, L1 and K", lambda a: _gains(a.inner_margins), f"sampled at {rate:g} Hz"),
-        ("delay margin, ms", lambda a: _delay(a.inner_margins), f"sampled at {rate:g} Hz"),
-        ("gain margin, whole loop", lambda a: _gains(a.whole_margins), "sampled, outer loop too"),
-        ("delay margin, ms", lambda a: _delay(a.whole_margins), "sampled, outer loop too"),
-        ("spectral radius", lambda a: f"{a.whole_radius:.4f}", _period(certificate)),
-        ("Γ", lambda a: f"{a.loop.gamma:g}", "chosen"),
-        ("least safe Γ", _low, "sampled loop stable"),
+        ("delay margin, ms", _continuous_delay, "continuous"),
+        ("gain margin, L1 and K", lambda a: _gains(a.inner_margins), rate),
+        ("delay margin, ms", lambda a: _delay(a.inner_margins), rate),
+        ("gain margin, whole loop", lambda a: _gains(a.whole_margins), rate),
+        ("delay margin, ms", lambda a: _delay(a.whole_margins), rate),
+        (
+            "spectral radius",
+            lambda a: f"{a.whole_radius:.4f}",
+            f"per {certificate.period_s * 1e3:g} ms",
+        ),
+        ("Γ, 1/s²", lambda a: f"{a.loop.gamma:g}", "given"),
+        ("least safe Γ", _low, "unstable below"),
         ("largest safe Γ", lambda a: _general(a.gamma_high), "; ".join(sorted(ends))),
     ]
-
-
-def _period(certificate: Certificate) -> str:
-    return f"whole loop, over {certificate.period_s * 1e3:g} ms"
 
 
 def _grouped(certificate: Certificate, text: Callable[..., str]) -> list[tuple[str, str]]:
