@@ -30,7 +30,8 @@ from companion.theory.plant import AxisPlant, ComplexArray
 
 _SMALL = 1e-4
 """Of the basis vectors: far from every limit of the laws."""
-_LONGEST_PERIOD = 400
+_LONGEST_PERIOD = 80
+"""Samples."""
 _NOT_READ = ("plan_m",)
 """Kept for a fallback of the MPC; the closed form does not read it."""
 
@@ -143,17 +144,18 @@ def _plan_ticks(loop: SampledLoop) -> list[int]:
     if period <= 0.0:
         return [0, 1]
     ticks = [0]
-    for plan in range(1, _LONGEST_PERIOD):
+    for plan in range(1, _LONGEST_PERIOD + 1):
         tick = math.ceil((plan * period - 1e-6) / loop.sample_s)
+        if tick > _LONGEST_PERIOD:
+            break
         if tick > ticks[-1]:
             ticks.append(tick)
         if abs(tick * loop.sample_s - plan * period) < 1e-6:
             return ticks
-        if tick > _LONGEST_PERIOD:
-            break
     raise ValueError(
         f"samples every {loop.sample_s * 1e3:g} ms and plans every {period * 1e3:g} ms have no "
-        "common period that can be reckoned with; choose a rate that divides the plans' period"
+        f"common period within {_LONGEST_PERIOD} samples; choose a rate that divides the plans' "
+        "period, as 100 Hz does 30 ms"
     )
 
 
