@@ -33,14 +33,12 @@ class ModelTransfer:
     @property
     def gain_at_home(self) -> float:
         """Geometric mean of own model over identified one; below 1, tuning helps at home."""
-        home = np.diagonal(self.errors_m)
-        return _geometric_mean(home / np.array([s.mean for s in self.identified]))
+        return _geometric_mean(np.diagonal(self._over_identified()))
 
     @property
     def loss_away(self) -> float:
         """Geometric mean, over all foreign trajectories, of foreign model over identified one."""
-        ratios = self.errors_m / np.array([s.mean for s in self.identified])
-        return _geometric_mean(ratios[~np.eye(len(TRAJECTORIES), dtype=bool)])
+        return _geometric_mean(self._over_identified()[~np.eye(len(TRAJECTORIES), dtype=bool)])
 
     @property
     def harmed_away(self) -> float:
@@ -49,10 +47,18 @@ class ModelTransfer:
         worse = self.errors_m > 1.02 * np.diagonal(self.errors_m)[None, :]
         return float(worse[away].mean())
 
+    def _over_identified(self) -> Array:
+        """(5, 5), not finite where either flight was lost."""
+        identified = np.array(
+            [s.mean if math.isfinite(s.mean) else math.nan for s in self.identified]
+        )
+        ratios: Array = self.errors_m / identified
+        return ratios
+
 
 def _geometric_mean(ratios: Array) -> float:
-    with np.errstate(invalid="ignore"):
-        return float(np.exp(np.log(ratios).mean())) if np.isfinite(ratios).all() else math.inf
+    """Infinite if a flight was lost."""
+    return float(np.exp(np.log(ratios).mean())) if np.isfinite(ratios).all() else math.inf
 
 
 def _task(model_of: int, flown: int, seed: int) -> FlightTask:

@@ -121,7 +121,8 @@ def _summary(errors: Sequence[MeanError]) -> str:
         return "MPC-L1 did not fly all five trajectories to their end in calm air."
     text = (
         f"MPC-L1 flies the five trajectories with a mean error of {_millimetres(own.calm)} mm in "
-        f"calm air and {_millimetres(own.fan)} mm with the fan ({_times(own.fan_over_calm)})."
+        f"calm air and {_millimetres(own.fan)} mm with the fan "
+        f"({_times(own.fan_over_calm)} the calm one)."
     )
     shown = [others[name] for name in ("pid-l1", "lqr-l1", "mpc-pid") if name in others]
     for wind, ratios in (
@@ -151,7 +152,7 @@ def _millimetres(spread: Spread) -> str:
 def _times(ratio: float) -> str:
     if not math.isfinite(ratio):
         return "–"
-    return f"{ratio:.2f} ×" if ratio < 9.95 else f"{ratio:.0f} ×"
+    return f"{ratio:.2f}\u00a0×" if ratio < 9.95 else f"{ratio:.0f}\u00a0×"
 
 
 def _finite(value: float) -> float | None:

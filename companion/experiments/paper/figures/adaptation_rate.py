@@ -35,12 +35,13 @@ def caption(results: PaperResults) -> str:
         if math.isfinite(sweep.noise_decides_from)
         else "Noise nowhere doubles it"
     )
+    slope = f"{sweep.slope:.2f}".replace("-", "−") if math.isfinite(sweep.slope) else "unknown"
     oscillating = [f"{g:g}" for g in sweep.gammas[~sweep.stable]]
     return (
         "Largest |ỹ| in mm/s (the greater of x and y, over the scored part) against the adaptation "
         f"rate Γ in 1/s², both logarithmic: the L1 controller alone on trajectory {TRAJECTORY} in "
         f"calm air, seed {results.scale.seeds[0]}, the state at {SAMPLE_HZ:g} Hz, without and with "
-        f"measurement noise. The slope without noise is {sweep.slope:.2f} where the loop is stable "
+        f"measurement noise. The slope without noise is {slope} where the loop is stable "
         "(−0.5 is what the bound γ0 ∝ √(1/Γ) says; smooth disturbances fall faster). "
         f"{noise}, and it never falls below {sweep.noise_floor_m_s * _MM:.0f} mm/s. "
         + (

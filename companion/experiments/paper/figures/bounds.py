@@ -9,7 +9,9 @@ from companion.experiments.paper.figures.style import (
     AXES,
     L1,
     L1_NOISY,
+    MUTED,
     SHOULD_BE,
+    SMALL,
     new_figure,
     note,
     say,
@@ -35,7 +37,7 @@ def caption(results: PaperResults) -> str:
         said = (
             " Noise-free, the largest |ỹ| is "
             + ", ".join(f"{100 * s:.2g} % ({a})" for a, s in zip(AXES, shares, strict=True))
-            + " of the bound: it holds, with a wide margin."
+            + " of the bound, which holds."
             if (shares < 1.0).all()
             else " Noise-free, |ỹ| exceeds the bound on at least one axis."
         )
@@ -46,8 +48,8 @@ def caption(results: PaperResults) -> str:
     return (
         "The L1 controller alone, given r2 directly, in calm air: a hover of "
         f"{HOVER_S:g} s, then a straight line in space, then rest; seed {results.scale.seeds[0]}. "
-        "Left: the estimation error ỹ in mm/s, noise-free (dark) and with the vehicle's "
-        "measurement noise (light), and its bound γ0 (dashed; the scale is logarithmic beyond "
+        "Left: the estimation error ỹ in mm/s, noise-free (strong) and with the vehicle's "
+        "measurement noise (pale), and its bound γ0 (dashed; the scale is logarithmic beyond "
         f"±{_LINEAR_MM_S:g} mm/s; with noise, "
         + ", ".join(f"{a} {e * _MM:.0f}" for a, e in zip(AXES, extra, strict=True))
         + " mm/s may come on top). Right: the true position y2 of the noise-free flight and "
@@ -97,7 +99,17 @@ def _draw_error(
         axes.set_ylim(-4.0 * bound, 4.0 * bound)
         for sign in (1.0, -1.0):
             axes.axhline(sign * bound, **SHOULD_BE)
-        note(axes, f"bound γ0 = ±{gamma_0_m_s:.3g} m/s: {bound / reach:.0f} × the largest |ỹ|")
+        axes.annotate(
+            f"bound γ0 = ±{gamma_0_m_s:.3g} m/s: {bound / reach:.0f} × the largest |ỹ|",
+            (0.99, bound),
+            (0, -3),
+            xycoords=axes.get_yaxis_transform(),
+            textcoords="offset points",
+            ha="right",
+            va="top",
+            fontsize=SMALL,
+            color=MUTED,
+        )
     else:
         axes.set_ylim(-1.2 * reach, 1.45 * reach)
         note(axes, "no bound γ0: the conditions do not hold")

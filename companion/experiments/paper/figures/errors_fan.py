@@ -35,7 +35,7 @@ def caption(results: PaperResults) -> str:
         said.append(f"{name_of(name)} {text}")
     return (
         "Above, the mean distance |y2* − y2| in millimetres, true, of MPC-PID (blue) and MPC-L1 "
-        "(red) in calm air (dark) and with the fan's jet across the path (light); below, what the "
+        "(red) in calm air (strong) and with the fan's jet across the path (pale); below, what the "
         f"fan adds, seed by seed; {seeds_text(results.scale.seeds)}. Both use the same MPC; the "
         "PID was tuned alone on trajectory 4, and its model was identified from steps. What the "
         f"fan adds on average: {', '.join(said)}. A bar below zero says that the fan happened to "

@@ -32,10 +32,10 @@ def caption(results: PaperResults) -> str:
     hover = results.changing_dynamics.hover
     text = (
         "A hover of MPC-L1 in steady wind of 3 m/s, from the take-over on; "
-        f"seed {results.scale.seeds[0]}. Above, logarithmic, the length of the horizontal σ̂ (in the unit of u: "
-        "the sine of a tilt), noise-free (dark), with measurement noise (light) and that as a "
-        f"moving average of {_WINDOW_S:g} s, beside what the wind's push asks for (dashed). Below, "
-        "its parts along x and y, noise-free."
+        f"seed {results.scale.seeds[0]}. Above, logarithmic, the length of the horizontal σ̂ (in "
+        "the unit of u: the sine of a tilt), noise-free (strong), with measurement noise (pale) "
+        f"and the mean of its last {_WINDOW_S:g} s, beside what the wind's push asks for "
+        "(dashed). Below, its parts along x and y, noise-free."
     )
     if hover is None:
         return text + " It was not flown to its end."
@@ -64,7 +64,14 @@ def draw(results: PaperResults) -> Figure:
     _plot(lengths, hover.noisy_times_s, noisy, L1_NOISY, 0.6, "with noise")
     calm = smooth(hover.noisy_times_s, hover.noisy_sigma_hat[:, :2], _WINDOW_S)
     length = np.linalg.norm(calm, axis=1)
-    _plot(lengths, hover.noisy_times_s, length, MUTED, 1.2, f"with noise, mean of {_WINDOW_S:g} s")
+    _plot(
+        lengths,
+        hover.noisy_times_s,
+        length,
+        MUTED,
+        1.2,
+        f"with noise, mean of the last {_WINDOW_S:g} s",
+    )
     clean = np.linalg.norm(hover.sigma_hat[:, :2], axis=1)
     _plot(lengths, hover.times_s, clean, L1, 1.6, "noise-free")
     lengths.axhline(hover.expected_sine, **SHOULD_BE, label="expected: push / g")

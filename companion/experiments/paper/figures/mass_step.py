@@ -40,8 +40,9 @@ def caption(results: PaperResults) -> str:
     return (
         f"Trajectory {TRAJECTORY} in calm air; {LOAD_AT_S:g} s into it, a load of 0.1 kg, a fifth "
         "of the vehicle's mass, is taken up and kept. Left, over time: true minus desired height "
-        "in millimetres, and σ̂ of the vertical axis in m/s, pale, with its moving average "
-        f"of {_WINDOW_S:g} s (seed {results.scale.seeds[0]}). Right: the mean distance |y2* − y2| in millimetres "
+        "in millimetres, and σ̂ of the vertical axis in m/s, pale, with the mean of "
+        f"its last {_WINDOW_S:g} s (seed {results.scale.seeds[0]}). Right: the mean distance "
+        "|y2* − y2| in millimetres "
         "within 2 s of the load, from 5 s after it to the end, and in the same part of a flight "
         f"without it; {seeds_text(results.scale.seeds)}."
         + (f" Greatest sag: {sags}." if sags else "")
@@ -89,7 +90,7 @@ def _flown(results: PaperResults, controller: str) -> bool:
 
 
 def _draw_sigma(axes: Axes, step: LoadStep, colour: str) -> None:
-    """As it is, pale, and as a moving average; nothing of a controller that has no σ̂."""
+    """As it is, pale, and its recent mean; nothing of a controller that has no σ̂."""
     if not np.isfinite(step.sigma_hat_z).all():
         return
     axes.plot(*thin(step.times_s, step.sigma_hat_z), color=colour, lw=0.6, alpha=0.3)

@@ -36,9 +36,18 @@ def caption(results: PaperResults) -> str:
         "MPC's model tuned for the trajectory of the row (framed: at home); the last row is the "
         f"one model identified from steps. {_seeds(results)} The colour is the ratio to the "
         "identified model in the same column, from half (blue) over equal (white) to twice (red). "
-        f"At home, tuning changes the error by a factor of {table.gain_at_home:.2f}; on foreign "
-        f"trajectories by {table.loss_away:.2f} (geometric means). A foreign model is worse than "
+        f"{_factors(results)}A foreign model is worse than "
         f"the trajectory's own in {100 * table.harmed_away:.0f} % of the cells."
+    )
+
+
+def _factors(results: PaperResults) -> str:
+    home, away = results.model_transfer.gain_at_home, results.model_transfer.loss_away
+    if not math.isfinite(home) or not math.isfinite(away):
+        return ""
+    return (
+        f"At home, tuning changes the error by a factor of {home:.2f}; on foreign trajectories by "
+        f"{away:.2f} (geometric means). "
     )
 
 

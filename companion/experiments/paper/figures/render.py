@@ -18,7 +18,7 @@ from companion.experiments.paper.results import PaperResults
 
 FOLDER = "figures"
 _DPI = 150
-_PAYS_FROM = 3
+_PAYS_FROM = 4
 _SLOW = ("trajectories", "bounds", "reference_system")
 """First in the order, so that they are dealt out evenly."""
 _FALLBACKS = "'DejaVu Sans', Verdana, Geneva, sans-serif"
@@ -41,8 +41,8 @@ def draw_figures(results: PaperResults, folder: Path, jobs: int = 1) -> list[Dra
     Args:
         results: of the study.
         folder: of the study; `figures` is made in it.
-        jobs: how many processes; with fewer than three, one does it: to start another takes as
-            long as it would save.
+        jobs: how many processes; with fewer than four, this one does it: to start others takes
+            as long as they would save (two seconds each, and drawing takes four).
 
     Returns:
         The figures in the order of the page.

@@ -139,12 +139,11 @@ def thin(times: Array, values: Array, blocks: int = 450) -> tuple[Array, Array]:
 
 
 def smooth(times: Array, values: Array, window_s: float) -> Array:
-    """Moving average of `values` (samples, ...) over a window, evenly sampled; shorter at ends."""
+    """Mean of `values` (samples, ...) over the last seconds, evenly sampled; fewer at first."""
     step = float(np.median(np.diff(times))) if len(times) > 1 else window_s
-    half = max(1, round(window_s / step / 2))
     total = np.cumsum(np.concatenate([np.zeros_like(values[:1]), values]), axis=0)
-    low = np.maximum(np.arange(len(values)) - half, 0)
-    high = np.minimum(np.arange(len(values)) + half + 1, len(values))
+    high = np.arange(len(values)) + 1
+    low = np.maximum(high - max(1, round(window_s / step)), 0)
     mean: Array = (total[high] - total[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
     return mean
 

@@ -29,7 +29,7 @@ def caption(results: PaperResults) -> str:
         f"True position in metres over time on trajectory {SHOWN} in calm air, seed "
         f"{results.scale.seeds[0]}, with the desired one (dashed). The lag is the shift in time of "
         f"the desired path that brings it closest to the flown one: {lags or 'none flown'}. "
-        "Controllers that know the present desired position only come late; MPC-L1 does not."
+        "PID-L1 and LQR-L1 know the present desired position only, MPC-L1 the next second of it."
     )
 
 
