@@ -31,6 +31,10 @@ from companion.control.reference_model import Array, PositionModel
 from companion.frames import Quaternion, euler_from_quaternion, quaternion_from_euler, tilt_cosine
 from companion.vehicle_state import VehicleState
 
+_TIME_DIGITS = 4
+"""Intervals are taken to 0.1 ms: the laws are exact for any, and keep what they reckoned for each,
+which a clock that jitters by microseconds would spoil."""
+
 Reference = Callable[[Array], Array]
 """Desired positions (samples, 3), ENU m, at autopilot times (samples,), s."""
 
@@ -137,7 +141,7 @@ class Stack:
                 limits would turn a NaN into their own value, full thrust for instance.
         """
         state = tick.state
-        dt = state.time_s - memory.sample_s
+        dt = round(state.time_s - memory.sample_s, _TIME_DIGITS)
         if dt <= 0.0:
             raise ValueError(f"time does not advance: {memory.sample_s} s, then {state.time_s} s")
         position = np.array(state.position_enu_m)
@@ -170,7 +174,7 @@ class Stack:
         )
         advanced = replace(
             memory,
-            sample_s=state.time_s,
+            sample_s=memory.sample_s + dt,  # what was rounded off comes back at the next sample
             inner=self.inner.with_applied(inner, applied_u),
             thrust=thrust_memory,
             yaw_rad=yaw_command,
