@@ -37,6 +37,10 @@ def caption(results: PaperResults) -> str:
     )
     slope = f"{sweep.slope:.2f}".replace("-", "−") if math.isfinite(sweep.slope) else "unknown"
     oscillating = [f"{g:g}" for g in sweep.gammas[~sweep.stable]]
+    only_noisy = [f"{g:g}" for g in sweep.gammas[sweep.stable & ~sweep.noisy_stable]]
+    hollow = f"Γ = {', '.join(oscillating)}" if oscillating else "none without noise"
+    if only_noisy:
+        hollow += f", with noise also {', '.join(only_noisy)}"
     return (
         "Largest |ỹ| in mm/s (the greater of x and y, over the scored part) against the adaptation "
         f"rate Γ in 1/s², both logarithmic: the L1 controller alone on trajectory {TRAJECTORY} in "
@@ -44,12 +48,8 @@ def caption(results: PaperResults) -> str:
         f"measurement noise. The slope without noise is {slope} where the loop is stable "
         "(−0.5 is what the bound γ0 ∝ √(1/Γ) says; smooth disturbances fall faster). "
         f"{noise}, and it never falls below {sweep.noise_floor_m_s * _MM:.0f} mm/s. "
-        + (
-            f"Hollow: Γ = {', '.join(oscillating)}, where the loop oscillates. "
-            if oscillating
-            else "At none of the rates does the loop oscillate. "
-        )
-        + "Where the ground is grey, the state comes at less than 10 √(mΓ)."
+        f"Hollow is where the loop oscillates: {hollow}. Where the ground is grey, the state comes "
+        "at less than 10 √(mΓ)."
     )
 
 
