@@ -3,8 +3,6 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from companion.config.models import DynamicsConfig, VehicleConfig
 from companion.control.inner import L1Controller
 from companion.control.interfaces import OuterController
@@ -27,6 +25,7 @@ from companion.theory.margins import Margins, SampledMargins, continuous_margins
 from companion.theory.norms import L1Norm
 from companion.theory.plant import ComplexArray, axis_plants, evaluate
 from companion.theory.sampled_data import PeriodMap, SampledLoop, period_map, sampled_loop
+from companion.theory.sampled_noise import NoiseGains, noise_gains
 
 AXES = ("x", "y", "z")
 
@@ -84,6 +83,10 @@ class AxisCertificate:
     """Gain up, gain down, delay (s) of the sampled loop, the position reference at rest."""
     whole_margins: tuple[float, float, float]
     """The same with the outer controller."""
+    noise_to_y_tilde: float
+    """Standard deviation of ỹ per one of the measured velocity, with the outer controller."""
+    noise_to_u: float
+    """The same of u, in its unit per m/s."""
     gamma_low: float
     gamma_high: float
     gamma_high_reason: str
@@ -130,11 +133,14 @@ def certify(subject: Subject) -> Certificate:
     inner_map, whole_map = period_map(inner), period_map(whole)
     inner_margins, whole_margins = sampled_margins(inner), sampled_margins(whole)
     gamma_range = safe_gamma(whole, subject.gains)
-    own = adaptation_radii(subject.gains, subject.sample_s)
-    axes = [
-        _axis(subject, i, (inner_map, whole_map), (inner_margins, whole_margins), gamma_range, own)
-        for i in range(len(AXES))
-    ]
+    facts = _SampledFacts(
+        maps=(inner_map, whole_map),
+        margins=(inner_margins, whole_margins),
+        gamma_range=gamma_range,
+        adaptation_radii=adaptation_radii(subject.gains, subject.sample_s),
+        noise=noise_gains(whole),
+    )
+    axes = [_axis(subject, i, facts) for i in range(len(AXES))]
     return Certificate(subject, tuple(axes), whole_map.period_s)
 
 
@@ -148,14 +154,18 @@ def _sampled(subject: Subject, outer: OuterController | None) -> SampledLoop:
     )
 
 
-def _axis(
-    subject: Subject,
-    i: int,
-    maps: tuple[PeriodMap, PeriodMap],
-    sampled: tuple[SampledMargins, SampledMargins],
-    gamma_range: GammaRange,
-    own: Array,
-) -> AxisCertificate:
+@dataclass(frozen=True, slots=True)
+class _SampledFacts:
+    """Of the sampled loop, all axes; pairs are without and with the outer controller."""
+
+    maps: tuple[PeriodMap, PeriodMap]
+    margins: tuple[SampledMargins, SampledMargins]
+    gamma_range: GammaRange
+    adaptation_radii: Array
+    noise: NoiseGains
+
+
+def _axis(subject: Subject, i: int, facts: _SampledFacts) -> AxisCertificate:
     gains = subject.gains
     loop = AxisLoop(
         axis_plants(subject.dynamics)[i],
@@ -177,6 +187,7 @@ def _axis(
                 lambda s: evaluate(behind, s) * loop.sensitivity(s), decay
             )
     limits = _bounds(subject, i, norm_g, norm_ch_over_m)
+    maps, gamma_range = facts.maps, facts.gamma_range
     inner_radii, whole_radii = maps[0].radii, maps[1].radii
     findings = Findings(
         model=gains.reference_model[i],
@@ -193,7 +204,7 @@ def _axis(
         discretisation=gains.discretisation,
         sample_s=subject.sample_s,
         gamma=gains.gamma[i],
-        adaptation_radius=float(own[i]),
+        adaptation_radius=float(facts.adaptation_radii[i]),
         inner_radius=float(inner_radii[i]),
         inner_pole=complex(maps[0].critical[i]),
         whole_radius=float(whole_radii[i]),
@@ -215,8 +226,10 @@ def _axis(
         inner_radius=findings.inner_radius,
         whole_radius=findings.whole_radius,
         slowest=findings.whole_pole,
-        inner_margins=_of_axis(sampled[0], i),
-        whole_margins=_of_axis(sampled[1], i),
+        inner_margins=_of_axis(facts.margins[0], i),
+        whole_margins=_of_axis(facts.margins[1], i),
+        noise_to_y_tilde=float(facts.noise.y_tilde[i]),
+        noise_to_u=float(facts.noise.u_s_m[i]),
         gamma_low=findings.gamma_low,
         gamma_high=findings.gamma_high,
         gamma_high_reason=findings.gamma_high_reason,
@@ -247,8 +260,3 @@ def _bounds(
         gamma_1 = bounds.gamma_1(largest, largest_g, sigma.lipschitz, gamma_0)
         gamma_1 = None if math.isinf(gamma_1) else gamma_1
     return Bounds(delta, sigma, gamma_0, gamma_1)
-
-
-def finite(value: float) -> float | None:
-    """A number for JSON: None for what is not finite."""
-    return value if np.isfinite(value) else None

@@ -17,6 +17,8 @@ KINDS = {
     "gamma_0_m_s": "bound of the continuous-time law while |σ| stays within the projection's free "
     "part and |σ'| within sigma_rate; noise is not in it",
     "gamma_1_m_s": "the same, from gamma_0_m_s and the norms",
+    "noise": "standard deviations per standard deviation of white noise of the measured velocity, "
+    "linear",
     "margins": "exact for the stated A(s), linear",
 }
 """What is a bound and what is an estimate."""
@@ -99,6 +101,10 @@ def _axis(axis: AxisCertificate) -> dict[str, Any]:
         "inner_radius": axis.inner_radius,
         "whole_radius": axis.whole_radius,
         "slowest_pole_1_s": [axis.slowest.real, axis.slowest.imag],
+        "noise": {
+            "y_tilde_per_velocity": _finite(axis.noise_to_y_tilde),
+            "u_per_velocity_s_m": _finite(axis.noise_to_u),
+        },
         "gamma_range": {
             "low": _finite(axis.gamma_low),
             "high": _finite(axis.gamma_high),

@@ -107,6 +107,8 @@ def _rows(certificate: Certificate) -> list[_Row]:
             lambda a: f"{a.whole_radius:.4f}",
             f"per {certificate.period_s * 1e3:g} ms",
         ),
+        ("noise of ỹ", lambda a: _times(a.noise_to_y_tilde), "of the velocity's"),
+        ("noise of u, per m/s", lambda a: _general(a.noise_to_u), "of the velocity's"),
         ("Γ, 1/s²", lambda a: f"{a.loop.gamma:g}", "given"),
         ("least safe Γ", _low, "unstable below"),
         ("largest safe Γ", lambda a: _general(a.gamma_high), "; ".join(sorted(ends))),
@@ -137,6 +139,10 @@ def _or_none(value: float | None) -> str:
 
 def _general(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:.3g}"
+
+
+def _times(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.2f} ×"
 
 
 def _low(axis: AxisCertificate) -> str:

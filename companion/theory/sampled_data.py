@@ -13,27 +13,23 @@ below 1.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from companion.control import delay
 from companion.control.interfaces import InnerController, OuterController
-from companion.control.matrix_exponential import matrix_exponential
 from companion.control.mpc import MpcRecord
 from companion.control.reference_model import Array
-from companion.control.transfer_function import TransferFunction
 from companion.theory.plant import AxisPlant, ComplexArray
+from companion.theory.sampled_plant import hold
+from companion.theory.sampled_state import LoopState, pack, unpack
 
 _SMALL = 1e-4
 """Of the basis vectors: far from every limit of the laws."""
 _LONGEST_PERIOD = 80
 """Samples."""
-_NOT_READ = ("plan_m",)
-"""Kept for a fallback of the MPC; the closed form does not read it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,28 +88,101 @@ class PeriodMap:
 
 
 @dataclass(frozen=True, slots=True)
-class _HeldPlant:
-    """One axis over one sample: ``x+ = Φ x + late u(k-d-1) + early u(k-d)``, x with position."""
+class Outputs:
+    """What the L1 controller does over a period; each array is (samples, axes)."""
 
-    phi: Array
-    late: Array
-    early: Array
-    whole: int
-    """d: whole samples of delay."""
+    y_tilde_m_s: Array
+    u: Array
 
 
-@dataclass(slots=True)
-class _State:
-    """All that the loop carries from period to period; arrays begin with the axis."""
+class PeriodRun:
+    """Runs a loop for one common period of all rates, from any state."""
 
-    plant: Array
-    """(axes, states): velocity first, position last."""
-    sent: Array
-    """(axes, samples): inputs on their way, the newest first."""
-    inner: Any
-    outer: Any
-    references: Array
-    """(axes, references): r2 of the last plans, the newest first."""
+    def __init__(self, loop: SampledLoop) -> None:
+        """Discretise the plant and find the period.
+
+        Raises:
+            ValueError: the rates have no common multiple within a reasonable time.
+        """
+        self.loop = loop
+        plans = _plan_ticks(loop)
+        self.samples = plans[-1]
+        self._plans = plans[:-1]
+        self._held = [
+            hold(plant, loop.sample_s, float(loop.gain[i]), float(loop.more_delay_s[i]))
+            for i, plant in enumerate(loop.plants)
+        ]
+        # The laws' memories have their final shape after a first period, of which nothing comes.
+        self._rest, _ = self._run(self._at_rest(), None)
+        self.size = pack(self._rest).shape[1]
+
+    def from_state(self, vector: Array) -> tuple[Array, Outputs]:
+        """The state (axes, size) after a period, and what happened, from a state (axes, size)."""
+        state, outputs = self._run(unpack(self._rest, vector), None)
+        return pack(state), outputs
+
+    def from_noise(self, sample: int, velocity_m_s: float) -> tuple[Array, Outputs]:
+        """The same from rest, with one sample of the velocity measured wrong."""
+        state, outputs = self._run(self._rest, (sample, velocity_m_s))
+        return pack(state), outputs
+
+    def _at_rest(self) -> LoopState:
+        loop, axes = self.loop, len(self._held)
+        still = np.zeros(axes)
+        inner, _ = loop.inner.start(still, still, still)
+        outer = loop.outer.start(still) if loop.outer is not None else None
+        references = 0 if loop.outer is None else 1
+        if loop.outer is not None and loop.outer.model is not None:
+            period = max(loop.outer.period_s, loop.sample_s)
+            references += math.ceil(loop.known_delay_s / period) + 1
+        return LoopState(
+            plant=np.zeros((axes, max(len(plant.late) for plant in self._held))),
+            sent=np.zeros((axes, 1 + max(plant.whole for plant in self._held))),
+            inner=inner,
+            outer=outer,
+            references=np.zeros((axes, references)),
+        )
+
+    def _run(self, state: LoopState, noise: tuple[int, float] | None) -> tuple[LoopState, Outputs]:
+        loop, held, axes = self.loop, self._held, len(self._held)
+        known, plans = state.references.shape[1], len(self._plans)
+        # Plans before this period, the newest first, each with its tick.
+        past = [
+            (self._plans[-1 - k % plans] - self.samples * (1 + k // plans), state.references[:, k])
+            for k in range(known)
+        ]
+        position_at = [len(plant.late) - 1 for plant in held]
+        x, sent = np.zeros_like(state.plant), state.sent
+        for i, plant in enumerate(held):  # an axis of fewer states has none behind them
+            x[i, : len(plant.late)] = state.plant[i, : len(plant.late)]
+        inner, outer = state.inner, state.outer
+        y_tilde, u = [], []
+        for tick in range(self.samples):
+            velocity = x[:, 0].copy()
+            if noise is not None and noise[0] == tick:
+                velocity += noise[1]
+            position = x[np.arange(axes), position_at]
+            if tick in self._plans and loop.outer is not None:
+                since_s = (tick - past[0][0]) * loop.sample_s
+                outer, r2 = _plan(loop, outer, past, position, velocity, tick, since_s)
+                past.insert(0, (tick, r2))
+            r2 = past[0][1] if past else np.zeros(axes)
+            inner, record = loop.inner.step(inner, r2, position, velocity, loop.sample_s)
+            inner = loop.inner.with_applied(inner, record.u)
+            y_tilde.append(record.y_tilde_m_s)
+            u.append(record.u)
+            with_new = np.column_stack([record.u, sent])
+            for i, plant in enumerate(held):
+                n = len(plant.late)
+                x[i, :n] = (
+                    plant.phi @ x[i, :n]
+                    + plant.early * with_new[i, plant.whole]
+                    + plant.late * with_new[i, plant.whole + 1]
+                )
+            sent = with_new[:, :-1]
+        references = np.array([r2 for _, r2 in past[:known]]).reshape(known, axes).T
+        outputs = Outputs(np.array(y_tilde), np.array(u))
+        return LoopState(x, sent, inner, outer, references), outputs
 
 
 def period_map(loop: SampledLoop) -> PeriodMap:
@@ -123,19 +192,15 @@ def period_map(loop: SampledLoop) -> PeriodMap:
         ValueError: the rates have no common multiple within a reasonable time, or a constraint
             of the outer controller acts on a small deviation.
     """
-    plans = _plan_ticks(loop)
-    held = [_hold(loop, axis) for axis in range(len(loop.plants))]
-    # The laws' memories have their final shape after a first period, of which nothing comes.
-    rest = _run(loop, held, plans, _at_rest(loop, held))
-    size = _pack(rest).shape[1]
-    columns = []
-    for k in range(size):
-        vector = np.zeros((len(held), size))
-        vector[:, k] = _SMALL
-        state = _run(loop, held, plans, _unpack(rest, vector))
-        columns.append(_pack(state) / _SMALL)
-    ticks = plans[-1]
-    return PeriodMap(np.stack(columns, axis=2), ticks * loop.sample_s)
+    run = PeriodRun(loop)
+    columns = [run.from_state(basis)[0] / _SMALL for basis in basis_vectors(run)]
+    return PeriodMap(np.stack(columns, axis=2), run.samples * loop.sample_s)
+
+
+def basis_vectors(run: PeriodRun) -> list[Array]:
+    """One small state (axes, size) for each of its entries."""
+    axes = len(run.loop.plants)
+    return [np.tile(_SMALL * row, (axes, 1)) for row in np.eye(run.size)]
 
 
 def _plan_ticks(loop: SampledLoop) -> list[int]:
@@ -157,82 +222,6 @@ def _plan_ticks(loop: SampledLoop) -> list[int]:
         f"common period within {_LONGEST_PERIOD} samples; choose a rate that divides the plans' "
         "period, as 100 Hz does 30 ms"
     )
-
-
-def _hold(loop: SampledLoop, axis: int) -> _HeldPlant:
-    plant, h = loop.plants[axis], loop.sample_s
-    total = plant.delay_s + float(loop.more_delay_s[axis])
-    whole = math.floor(total / h + 1e-9)
-    phi, late, early = _held(plant.rational, h, max(0.0, round(total - whole * h, 9)))
-    factor = float(loop.gain[axis])
-    return _HeldPlant(phi, factor * late, factor * early, whole)
-
-
-@lru_cache(maxsize=1024)
-def _held(rational: TransferFunction, h: float, rest: float) -> tuple[Array, Array, Array]:
-    """Φ and the inputs' columns of a step h within which the input changes after `rest`."""
-    a, b, _ = rational.state_space()
-    n = len(b)
-    system = np.zeros((n + 2, n + 2))  # velocity ..., position, input
-    system[:n, :n], system[:n, n + 1] = a, b
-    system[n, 0] = 1.0
-    first, second = matrix_exponential(system * rest), matrix_exponential(system * (h - rest))
-    keep = n + 1
-    late = second[:keep, :keep] @ first[:keep, -1]
-    return (second @ first)[:keep, :keep], late, second[:keep, -1]
-
-
-def _at_rest(loop: SampledLoop, held: list[_HeldPlant]) -> _State:
-    axes = len(held)
-    still = np.zeros(axes)
-    inner, _ = loop.inner.start(still, still, still)
-    outer = loop.outer.start(still) if loop.outer is not None else None
-    references = 0 if loop.outer is None else 1
-    if loop.outer is not None and loop.outer.model is not None:
-        references += math.ceil(loop.known_delay_s / max(loop.outer.period_s, loop.sample_s)) + 1
-    return _State(
-        plant=np.zeros((axes, max(len(plant.late) for plant in held))),
-        sent=np.zeros((axes, 1 + max(plant.whole for plant in held))),
-        inner=inner,
-        outer=outer,
-        references=np.zeros((axes, references)),
-    )
-
-
-def _run(loop: SampledLoop, held: list[_HeldPlant], plans: list[int], state: _State) -> _State:
-    """One period, from its first plan on."""
-    axes, ticks = len(held), plans[-1]
-    # Plans before this period, the newest first, each with its tick.
-    known = state.references.shape[1]
-    earlier = [plans[-2 - k % (len(plans) - 1)] - ticks * (1 + k // (len(plans) - 1))
-               for k in range(known)]  # fmt: skip
-    past = [(earlier[k], state.references[:, k]) for k in range(known)]
-    position_at = [len(plant.late) - 1 for plant in held]
-    x, sent = np.zeros_like(state.plant), state.sent
-    for i, plant in enumerate(held):  # an axis of fewer states than another has none behind them
-        x[i, : len(plant.late)] = state.plant[i, : len(plant.late)]
-    inner, outer = state.inner, state.outer
-    for tick in range(ticks):
-        velocity = x[:, 0].copy()
-        position = x[np.arange(axes), position_at]
-        if tick in plans and loop.outer is not None:
-            since_s = (tick - past[0][0]) * loop.sample_s
-            outer, r2 = _plan(loop, outer, past, position, velocity, tick, since_s)
-            past.insert(0, (tick, r2))
-        r2 = past[0][1] if past else np.zeros(axes)
-        inner, record = loop.inner.step(inner, r2, position, velocity, loop.sample_s)
-        inner = loop.inner.with_applied(inner, record.u)
-        with_new = np.column_stack([record.u, sent])
-        for i, plant in enumerate(held):
-            n = len(plant.late)
-            x[i, :n] = (
-                plant.phi @ x[i, :n]
-                + plant.early * with_new[i, plant.whole]
-                + plant.late * with_new[i, plant.whole + 1]
-            )
-        sent = with_new[:, :-1]
-    references = np.array([r2 for _, r2 in past[:known]]).reshape(known, axes).T
-    return _State(x, sent, inner, outer, references)
 
 
 def _plan(
@@ -261,51 +250,3 @@ def _plan(
     if isinstance(record, MpcRecord) and record.status != "closed_form":
         raise ValueError("a constraint of the MPC acts at rest: the loop there is not linear")
     return memory, r2
-
-
-def _pack(state: _State) -> Array:
-    """(axes, states)."""
-    parts = [state.plant, state.sent, state.references]
-    parts += [leaf.reshape(len(leaf), -1) for leaf in _leaves((state.inner, state.outer))]
-    return np.concatenate(parts, axis=1)
-
-
-def _unpack(like: _State, vector: Array) -> _State:
-    """The state that packs to a vector."""
-    cut = 0
-
-    def take(leaf: Array) -> Array:
-        nonlocal cut
-        width = leaf.size // len(leaf)
-        part = vector[:, cut : cut + width].reshape(leaf.shape)
-        cut += width
-        return part
-
-    plant, sent, references = take(like.plant), take(like.sent), take(like.references)
-    return _State(plant, sent, _filled(like.inner, take), _filled(like.outer, take), references)
-
-
-def _leaves(memory: Any) -> list[Array]:  # noqa: ANN401 - of any law
-    """The arrays of a memory, however its dataclasses are nested."""
-    if isinstance(memory, np.ndarray):
-        return [memory]
-    if isinstance(memory, tuple):
-        return [leaf for part in memory for leaf in _leaves(part)]
-    if not is_dataclass(memory):
-        return []
-    return [leaf for name in _names(memory) for leaf in _leaves(getattr(memory, name))]
-
-
-def _filled(memory: Any, take: Callable[[Array], Array]) -> Any:  # noqa: ANN401
-    """A memory with other arrays, in the order of `_leaves`."""
-    if isinstance(memory, np.ndarray):
-        return take(memory)
-    if not is_dataclass(memory) or isinstance(memory, type):
-        return memory
-    return replace(
-        memory, **{name: _filled(getattr(memory, name), take) for name in _names(memory)}
-    )
-
-
-def _names(memory: Any) -> list[str]:  # noqa: ANN401
-    return [field.name for field in fields(memory) if field.name not in _NOT_READ]

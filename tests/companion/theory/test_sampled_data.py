@@ -18,7 +18,8 @@ from companion.flight.assemble import make_stack
 from companion.theory.adaptation_rate import adaptation_radii, safe_gamma, sampling_limit
 from companion.theory.certificate import inner_loop, whole_loop
 from companion.theory.plant import AxisPlant
-from companion.theory.sampled_data import period_map, sampled_loop
+from companion.theory.sampled_data import PeriodRun, period_map, sampled_loop
+from companion.theory.sampled_noise import noise_gains
 from companion.vehicle_state import VehicleState
 from tests.companion.theory.loops_for_tests import horizontal
 
@@ -137,6 +138,41 @@ def test_a_delay_between_samples_is_held_exactly(sample_s):
 def subject_of(controller="mpc-l1", vehicle="bebop2", **settings_):
     config = load_flight(None, {"controller": controller, "vehicle": vehicle}, settings_)
     return certificate_subject(config, 4.5)
+
+
+@pytest.mark.parametrize("gamma", [300.0, 5000.0])
+def test_noise_comes_to_y_tilde_and_u_as_in_a_flight_of_noise_alone(gamma):
+    subject = subject_of()
+    gains = replace(subject.gains, gamma=(gamma,) * 3)
+    loop = whole_loop(replace(subject, gains=gains))
+    foretold = noise_gains(loop)
+    run = PeriodRun(loop)
+    rng = np.random.default_rng(1)
+    states = np.zeros((3, run.size))
+    kicks = [run.from_noise(k, 1e-6) for k in range(run.samples)]
+    free = period_map(loop).matrices
+    squares, samples = np.zeros((2, 3)), 0
+    for period in range(4000):
+        n = rng.standard_normal((run.samples, 3))
+        if period >= 200 and period % 20 == 0:  # ỹ and u of this period, from state and noise
+            _, outputs = run.from_state(1e-6 * states)
+            y, u = outputs.y_tilde_m_s / 1e-6, outputs.u / 1e-6
+            for k, (_, kick) in enumerate(kicks):
+                y = y + kick.y_tilde_m_s / 1e-6 * n[k]
+                u = u + kick.u / 1e-6 * n[k]
+            squares += np.stack([(y**2).sum(axis=0), (u**2).sum(axis=0)])
+            samples += run.samples
+        states = (free @ states[:, :, None])[:, :, 0]
+        for k, (kick, _) in enumerate(kicks):
+            states = states + kick / 1e-6 * n[k][:, None]
+    found = np.sqrt(squares / samples)
+    assert found[0] == pytest.approx(foretold.y_tilde, rel=0.12)
+    assert found[1] == pytest.approx(foretold.u_s_m, rel=0.12)
+
+
+def test_noise_of_an_unstable_loop_is_no_number():
+    loop = whole_loop(subject_of(**{"controller.l1.gamma": "[100, 300, 1000]"}))
+    assert np.isnan(noise_gains(loop).y_tilde).tolist() == [True, False, False]
 
 
 def test_a_common_period_is_found_for_odd_rates_and_refused_for_hopeless_ones():
