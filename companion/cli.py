@@ -166,7 +166,9 @@ def tune(
     vehicle: Annotated[
         str, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
     ] = "bebop2",
-    budget: Annotated[int, typer.Option(help="Flights in all, shared by the starts.")] = 400,
+    budget: Annotated[
+        int, typer.Option(help="Sets of gains in all, shared by the starts; two flights each.")
+    ] = 400,
     starts: Annotated[int, typer.Option(help="Starts of the search.")] = 2,
     part: Annotated[
         str,
@@ -189,6 +191,9 @@ def tune(
     ] = None,
 ) -> None:
     """Search for a baseline's gains by flying in lockstep: the least mean tracking error, calm.
+
+    Each set flies on the vehicle and on one whose attitude lags a quarter more; the larger error
+    counts, or the search ends at the brink of instability.
 
     Exit status: 0 found and written, 2 bad input, 4 interrupted or not to be identified.
     """

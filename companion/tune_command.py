@@ -3,8 +3,9 @@
 import json
 import sys
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TextIO
 
 from companion.config.models import ControllerConfig
@@ -14,6 +15,7 @@ from companion.config.yaml_source import ConfigError, parse_yaml, read_yaml
 from companion.experiments.controller_file import controller_yaml, write_whole
 from companion.experiments.flight_task import FlightTask, load_task
 from companion.experiments.identify_steps import SecondOrder, StepTask, UnidentifiedError, identify
+from companion.experiments.perturbed_plant import with_attitude_lag
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.tuned_gains import (
     TUNED,
@@ -34,6 +36,8 @@ from companion.flight.assemble import infeasibilities, make_trajectory
 _PID = "pid"
 _MPC_PID = "mpc-pid"
 _AXES = ("x", "y", "z")
+ATTITUDE_LAG = 1.25
+"""Of the further vehicle on which gains are flown, as a factor."""
 
 
 class TuningInterruptedError(Exception):
@@ -48,8 +52,8 @@ class TuneRequest:
     """Name, or path of a YAML file, of the controller whose gains are replaced."""
     trajectory: int | str = 4
     vehicle: str = "bebop2"
-    budget: int = 400
-    """Flights."""
+    budget: int = 300
+    """Sets of gains to fly."""
     starts: int = 2
     seed: int = 1
     """Of the search and of the flights."""
@@ -108,7 +112,9 @@ def run_tune(request: TuneRequest, evaluate: Callable[[Gains], float] | None = N
     try:
         with log_path.open("w", encoding="utf-8") as log:
             first = None if request.part == "gains" else point_of(table, template)
-            result = _search(request, task, (table, first), jobs, log, evaluate)
+            with TemporaryDirectory() as plants:
+                tasks = _family(request, task, config, Path(plants))
+                result = _search(request, tasks, (table, first), jobs, log, evaluate)
     except KeyboardInterrupt as interrupt:
         raise TuningInterruptedError(
             f"interrupted: no controller was written. What was flown is in {log_path}."
@@ -116,7 +122,7 @@ def run_tune(request: TuneRequest, evaluate: Callable[[Gains], float] | None = N
     models: list[SecondOrder] = []
     if alone:
         models = _identify(task, result.best.gains, jobs)
-    cost = "a given cost" if evaluate is not None else cost_in_words(task)
+    cost = "a given cost" if evaluate is not None else cost_in_words(task, _lag(request))
     said = source_text(_command(request), cost, result, models)
     data = {**with_gains(template, result.best.gains), "source": said}
     if models:
@@ -148,6 +154,22 @@ def _searched(framework: str, request: TuneRequest) -> tuple[TunedGain, ...]:
     return TUNED[searched]
 
 
+def _lag(request: TuneRequest) -> float | None:
+    """Attitude lag of the further vehicle; the model is tuned for the one vehicle alone."""
+    return None if request.part == "model" else ATTITUDE_LAG
+
+
+def _family(
+    request: TuneRequest, task: FlightTask, config: FlightConfig, folder: Path
+) -> tuple[FlightTask, ...]:
+    """The flights that each set of gains is judged by."""
+    lag = _lag(request)
+    if lag is None:
+        return (task,)
+    plant = with_attitude_lag(config.vehicle.name, lag, folder)
+    return task, replace(task, shim_vehicle=str(plant))
+
+
 def _default_out(request: TuneRequest) -> Path:
     vehicle, controller = Path(request.vehicle).stem, Path(request.controller).stem
     return Path("tuned") / f"{controller}-{vehicle}.yaml"
@@ -155,7 +177,7 @@ def _default_out(request: TuneRequest) -> Path:
 
 def _search(
     request: TuneRequest,
-    task: FlightTask,
+    tasks: tuple[FlightTask, ...],
     search_space: tuple[tuple[TunedGain, ...], Array | None],
     jobs: int,
     log: TextIO,
@@ -185,9 +207,9 @@ def _search(
     with ProgressDisplay(f"tuning {said_name(request.controller)}") as display:
         if evaluate is not None:
             return search(lambda batch: [Evaluation(evaluate(gains)) for gains in batch])
-        clock = _Clock(display, request.budget)
+        clock = _Clock(display, request.budget * len(tasks))
         with Workers(flight_cost, jobs) as workers:
-            return search(FlownCosts(workers, task, clock.tick))
+            return search(FlownCosts(workers, tasks, clock.tick))
 
 
 class _Clock:

@@ -67,9 +67,9 @@ TUNED: dict[str, tuple[TunedGain, ...]] = {
     ),
     # The weight on r2 - y2* is left at 1: only the ratios of the weights matter.
     "lqr-l1": (
-        TunedGain("lqr.position", _XY, 0.01, 10000.0, (1.0, 50.0), from_zero=False),
+        TunedGain("lqr.position", _XY, 0.001, 1e5, (1.0, 50.0), from_zero=False),
         TunedGain("lqr.velocity", _XY, 0.01, 1000.0, (0.1, 5.0)),
-        TunedGain("lqr.integral", _XY, 0.001, 1000.0, (0.05, 5.0), from_zero=False),
+        TunedGain("lqr.integral", _XY, 0.001, 1e6, (0.05, 100.0), from_zero=False),
         TunedGain("lqr.position", _Z, 0.01, 1000.0, (1.0, 20.0), from_zero=False),
         TunedGain("lqr.velocity", _Z, 0.01, 100.0, (0.1, 1.0)),
         TunedGain("lqr.integral", _Z, 0.001, 1000.0, (0.05, 5.0), from_zero=False),

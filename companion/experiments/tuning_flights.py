@@ -1,4 +1,8 @@
-"""The cost of a controller's gains: a flight's mean tracking error."""
+"""The cost of a controller's gains: the mean tracking error on the worst of a few vehicles.
+
+Gains that are best on one vehicle alone stand at the brink of instability: a vehicle whose attitude
+lags a quarter more is flown with the same gains, and the larger error counts.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -30,19 +34,25 @@ class FlownCosts:
 
     workers: "Workers[FlightTask, Evaluation]"
     """Of `flight_cost`."""
-    task: FlightTask
-    """The flight, but for the gains."""
+    tasks: tuple[FlightTask, ...]
+    """The flights of each set, but for the gains."""
     on_flown: Callable[[Evaluation], None]
     """Told after each flight, in the order of completion."""
 
     def __call__(self, batch: Sequence[Gains]) -> list[Evaluation]:
-        """Fly each set of gains."""
+        """Fly each set of gains on each vehicle; the worst flight is what a set is worth."""
         tasks = [
-            replace(self.task, settings=(*self.task.settings, *as_settings(gains)))
+            replace(task, settings=(*task.settings, *as_settings(gains)))
             for gains in batch
+            for task in self.tasks
         ]
         results = self.workers.run(tasks, lambda _, result: self.on_flown(_judged(result)))
-        return [_judged(result) for result in results]
+        judged = [_judged(result) for result in results]
+        each = len(self.tasks)
+        return [
+            max(judged[k : k + each], key=lambda evaluation: evaluation.cost_m)
+            for k in range(0, len(judged), each)
+        ]
 
 
 def _judged(result: Evaluation | Failure) -> Evaluation:

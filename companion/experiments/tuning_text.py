@@ -15,11 +15,17 @@ def said_name(name_or_path: str) -> str:
     return Path(name_or_path).name
 
 
-def cost_in_words(task: FlightTask) -> str:
-    """What the search makes least."""
-    return (
+def cost_in_words(task: FlightTask, attitude_lag: float | None) -> str:
+    """What the search makes least; with the further vehicle's lag, as a factor."""
+    error = (
         f"the mean true error on trajectory {said_name(str(task.trajectory))}, {task.wind}, "
         f"seed {task.seed}, airborne"
+    )
+    if attitude_lag is None:
+        return error
+    return (
+        f"{error}: the larger of that of the vehicle and of one with {attitude_lag - 1.0:.0%} more "
+        "attitude lag"
     )
 
 
@@ -36,7 +42,7 @@ def source_text(
     """
     ends = "; ".join(
         f"from the {start.name} start {start.first_cost_m * 1e3:.1f} → "
-        f"{start.best.evaluation.cost_m * 1e3:.1f} mm in {start.evaluations} flights"
+        f"{start.best.evaluation.cost_m * 1e3:.1f} mm in {start.evaluations} sets of gains"
         for start in result.starts
     )
     text = f"{command}. CMA-ES on {cost}: {ends}."

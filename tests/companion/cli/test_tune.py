@@ -36,7 +36,7 @@ def test_a_controller_is_written_that_flies_and_says_where_it_came_from(controll
     assert written.l1 == shipped.l1
     assert "companion tune" in written.source
     assert "--budget 40 --starts 2 --seed 3" in written.source
-    costs = re.findall(r"(\w+) start [\d.]+ → ([\d.]+) mm in 20 flights", written.source)
+    costs = re.findall(r"(\w+) start [\d.]+ → ([\d.]+) mm in 20 sets of gains", written.source)
     assert [name for name, _ in costs] == ["gentle", "aggressive"]
     trials = [json.loads(line) for line in (tmp_path / "mine.jsonl").read_text().splitlines()]
     assert [trial["number"] for trial in trials] == list(range(1, 41))
@@ -104,7 +104,7 @@ def test_a_few_flights_find_gains_no_worse_than_the_starts(tmp_path, monkeypatch
     )
 
     assert said.exit_code == 0, said.output
-    assert "tuning pid: 4 of 4 flights" in said.stderr
+    assert "tuning pid: 8 of 8 flights" in said.stderr
     trials = (tmp_path / "tuned" / "pid-bebop2.jsonl").read_text().splitlines()
     costs = [json.loads(line)["evaluation"]["cost_m"] for line in trials]
     assert f"cost      {min(costs) * 1e3:.1f} mm" in said.stdout
@@ -161,7 +161,7 @@ def test_an_interrupt_keeps_the_log_writes_no_controller_and_says_so(tmp_path):
         text=True,
     )
     log = tmp_path / "tuned" / "pid-bebop2.jsonl"
-    assert running.stderr.readline() == "tuning pid: 0 of 400 flights\n"
+    assert running.stderr.readline() == "tuning pid: 0 of 600 flights\n"
     running.send_signal(signal.SIGINT)
     _, said = running.communicate(timeout=60)
 

@@ -1,9 +1,11 @@
 import math
 
 import pytest
+import yaml
 
 from companion.experiments import tuning_flights
 from companion.experiments.flight_task import FlightTask
+from companion.experiments.perturbed_plant import with_attitude_lag
 from companion.experiments.tuning import Evaluation
 from companion.experiments.tuning_flights import FlownCosts, flight_cost
 from companion.experiments.workers import Workers
@@ -53,7 +55,7 @@ def test_gains_that_can_not_be_flown_cost_most_and_say_why_and_the_others_are_fl
     batch = [{"inner_pid.kp": (-1.0, 0.5, 1.0)}, {"inner_pid.kp": (0.5, 0.5, 1.0)}]
 
     with Workers(flight_cost, 1) as workers:
-        bad, good = FlownCosts(workers, task, told.append)(batch)
+        bad, good = FlownCosts(workers, (task,), told.append)(batch)
 
     assert (bad.outcome, bad.cost_m) == ("failed", 30.0)
     assert "kp" in bad.note
@@ -61,3 +63,23 @@ def test_gains_that_can_not_be_flown_cost_most_and_say_why_and_the_others_are_fl
     assert 0.0 < good.cost_m < 1.0
     assert told == [bad, good]
     assert isinstance(good, Evaluation)
+
+
+def test_the_worst_vehicle_decides_what_a_set_of_gains_is_worth():
+    class Workers:
+        def run(self, tasks, on_done):
+            return [Evaluation(cost, "tracked", "") for cost in (0.1, 0.3, 0.4, 0.2)]
+
+    costs = FlownCosts(Workers(), (TASK, TASK), lambda _: None)
+    assert [e.cost_m for e in costs([{"inner_pid.kp": (1.0, 1.0, 1.0)}] * 2)] == [0.3, 0.4]
+
+
+def test_a_plant_with_more_attitude_lag_differs_by_that_alone(tmp_path):
+    path = with_attitude_lag("bebop2", 1.25, tmp_path)
+    changed, same = (
+        yaml.safe_load(p.read_text()) for p in (path, with_attitude_lag("bebop2", 1.0, tmp_path))
+    )
+    for name in ("MC_ROLL_P", "MC_PITCH_P"):
+        gain = same["autopilot_parameters"].pop(name)
+        assert changed["autopilot_parameters"].pop(name) == pytest.approx(gain / 1.25)
+    assert changed == same
