@@ -168,7 +168,7 @@ def tune(
     ] = "bebop2",
     budget: Annotated[
         int, typer.Option(help="Sets of gains in all, shared by the starts; two flights each.")
-    ] = 400,
+    ] = 300,
     starts: Annotated[int, typer.Option(help="Starts of the search.")] = 2,
     part: Annotated[
         str,
