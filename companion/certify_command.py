@@ -63,6 +63,11 @@ def run_certify(request: CertifyRequest) -> bool:
         subject = certificate_subject(config, request.wind_m_s)
     except ConfigError as error:
         raise BadInputError(str(error)) from error
+    if request.out is not None and request.out.exists() and not request.out.is_dir():
+        raise BadInputError(
+            f"{request.out}: can't be written: a file has that name. Choose another folder with "
+            "--out."
+        )
     try:
         certificate = certify(subject)
     except ValueError as error:
