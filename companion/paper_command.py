@@ -84,10 +84,11 @@ def _errors_table(results: PaperResults) -> Table:
     for number in next(iter(errors.values()))["calm"].by_trajectory:
         table.add_column(str(number), justify="right")
     table.add_column("mean", justify="right")
+    table.add_column("slew, g/s", justify="right")
     for controller, by_wind in errors.items():
         for wind, e in by_wind.items():
             cells = [_figure(s) for s in (*e.by_trajectory.values(), e.mean)]
-            table.add_row(controller, wind, *cells)
+            table.add_row(controller, wind, *cells, f"{e.tilt_slew_g_s.mean:.2f}")
     return table
 
 

@@ -127,7 +127,8 @@ def point_of(table: Sequence[TunedGain], data: Mapping[str, Any]) -> Array:
     for tuned in table:
         section, _, name = tuned.key.partition(".")
         point.append(tuned.coordinate(float(data[section][name][tuned.axes[0]])))
-    return np.clip(np.array(point), 0.0, 1.0)
+    clipped: Array = np.clip(np.array(point), 0.0, 1.0)
+    return clipped
 
 
 def as_settings(gains: Gains) -> tuple[tuple[str, str], ...]:

@@ -9,10 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from companion.control.thrust import GRAVITY_M_S2
+from companion.control.transfer_function import TransferFunction
 from companion.experiments.flight_task import FlightTask
 from companion.experiments.paper.flights import Flights, scored, vectors
+from companion.experiments.paper.guarantees import Theory
 from companion.experiments.paper.scale import VEHICLE, Scale
 from companion.report.flight_data import Array
+from companion.theory.plant import AxisPlant
+from companion.theory.reference_system import largest_prediction_errors
 
 CONTROLLER = "l1"
 TRAJECTORY = 4
@@ -20,6 +25,8 @@ SAMPLE_HZ = 250.0
 """The fastest that the vehicle's state comes."""
 _LOST_M_S = 0.5
 """An ỹ beyond this is no tracking error of a predictor: the loop oscillates."""
+_STEP_SINE = 0.05
+_STEP_SEEN_S = 10.0
 _NOISE_RULES = 2.0
 """Where the noisy ỹ is this many times the noise-free one, noise decides."""
 
@@ -38,7 +45,8 @@ class AdaptationRate:
     noisy_stable: np.ndarray
     """The same with noise."""
     slope: float
-    """Of log max |ỹ| (of the horizontal axes, noise-free) over log Γ, where the loop is stable."""
+    """Of log max |ỹ| (of the horizontal axes, noise-free) over log Γ, where the loop oscillates
+    neither without nor with noise."""
     slope_all: float
     """The same over all rates, the oscillating ones too."""
     noise_decides_from: float
@@ -47,6 +55,10 @@ class AdaptationRate:
     """Least horizontal max |ỹ| with noise."""
     well_sampled_to: float
     """Largest Γ of the sweep with 10 √(mΓ) samples a second, horizontal axes."""
+    step_model_m_s: Array
+    """(rates,) max |ỹ| of the law around a plant without lag, for a step at its input: reckoned,
+    not flown, and sampled at 20 √(mΓ)."""
+    step_model_slope: float
 
 
 def _task(gamma: float, seed: int, sensors: str | None) -> FlightTask:
@@ -66,8 +78,8 @@ def tasks(scale: Scale) -> list[FlightTask]:
     ]
 
 
-def evaluate(flights: Flights, scale: Scale, m: float) -> AdaptationRate:
-    """The sweep's figures; m: of the horizontal axes' reference model, 1/s."""
+def evaluate(flights: Flights, scale: Scale, theory: Theory) -> AdaptationRate:
+    """The sweep's figures."""
     gammas = np.array(scale.adaptation_rates)
     exact, noisy = (
         np.array([_largest(flights, _task(g, scale.seeds[0], sensors)) for g in gammas])
@@ -75,20 +87,46 @@ def evaluate(flights: Flights, scale: Scale, m: float) -> AdaptationRate:
     )
     horizontal, horizontal_noisy = exact[:, :2].max(axis=1), noisy[:, :2].max(axis=1)
     stable = horizontal < _LOST_M_S
-    decides = stable & (horizontal_noisy > _NOISE_RULES * horizontal)
+    noisy_stable = horizontal_noisy < _LOST_M_S
+    clean = stable & noisy_stable
+    m = theory.gains.reference_model[0].denominator[1]
+    step = _step_on_a_plant_without_lag(gammas, theory, m)
+    decides = clean & (horizontal_noisy > _NOISE_RULES * horizontal)
     sampled = 10.0 * np.sqrt(m * gammas) <= SAMPLE_HZ
     return AdaptationRate(
         gammas,
         exact,
         noisy,
         stable,
-        horizontal_noisy < _LOST_M_S,
-        slope=log_slope(gammas[stable], horizontal[stable]),
+        noisy_stable,
+        slope=log_slope(gammas[clean], horizontal[clean]),
         slope_all=log_slope(gammas, horizontal),
         noise_decides_from=float(gammas[decides].min()) if decides.any() else math.inf,
         noise_floor_m_s=float(horizontal_noisy.min()),
         well_sampled_to=float(gammas[sampled].max()) if sampled.any() else math.nan,
+        step_model_m_s=step,
+        step_model_slope=log_slope(gammas, step),
     )
+
+
+def _step_on_a_plant_without_lag(gammas: Array, theory: Theory, m: float) -> Array:
+    """Largest |ỹ| of the implemented law around g / (s + k1), per Γ, for a step of the input.
+
+    The worst that a disturbance can do: with relative degree 1 a step of d is one of σ.  Sampled at
+    20 √(mΓ) of the largest Γ.
+    """
+    linear = theory.linear_drag_1_s
+    plant = AxisPlant(TransferFunction((GRAVITY_M_S2,), (1.0, linear)), 0.0)
+    errors: Array = largest_prediction_errors(
+        plant,
+        theory.gains.reference_model[0],
+        theory.gains.low_pass[0],
+        gammas,
+        1.0 / (20.0 * math.sqrt(m * float(gammas.max()))),
+        lambda times: np.full_like(times, _STEP_SINE),
+        _STEP_SEEN_S,
+    )
+    return errors
 
 
 def log_slope(gammas: Array, values: Array) -> float:

@@ -22,6 +22,8 @@ _SETTLED_S = 10.0
 """The scored part from here on is what is called settled."""
 _STILL_S = 5.0
 """Last part of the hover, over which its settled values are taken."""
+_STILL_NOISY_S = 15.0
+"""The same with noise, which takes longer to average out."""
 _CLOSE = 0.1
 
 
@@ -166,7 +168,7 @@ def _convergence(flights: Flights, seed: int) -> HoverConvergence | None:
     settling = float(times[np.flatnonzero(off)[-1]]) if off.any() else 0.0
     speed = np.linalg.norm(vectors(clean, "true_velocity_{}_m_s"), axis=1)
     push = clean.columns["wind_m_s2"].astype(float)
-    noisy_final = noisy_sigma[noisy_times >= noisy_times[-1] - 2.0 * _STILL_S, :2].mean(axis=0)
+    noisy_final = noisy_sigma[noisy_times >= noisy_times[-1] - _STILL_NOISY_S, :2].mean(axis=0)
     return HoverConvergence(
         expected_sine=float(np.nanmean(push[-len(times) :][last])) / GRAVITY_M_S2,
         settled_sine=float(np.linalg.norm(final)),

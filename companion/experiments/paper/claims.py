@@ -1,7 +1,6 @@
 """What the paper claims, sentence by sentence, and what our flights say of it.
 
-Each rule is fixed here, before the flights: a claim is a function of the results, and nobody writes
-a verdict.
+A claim is a function of the results with its rule in words beside it; nobody writes a verdict.
 """
 
 import math
@@ -9,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from companion.experiments.computing_time import WHAT
 from companion.experiments.paper.results import Claim, PaperResults, Verdict
 from companion.experiments.paper.scale import TRAJECTORIES
 from companion.experiments.paper.statistics import Spread
@@ -87,7 +87,7 @@ def _computing(results: PaperResults) -> Claim:
     ]
     ratio = min(ratios, default=math.nan)
     figures = "; ".join(
-        f"{method.name}: median {method.median_us:.0f} µs, p99 {method.p99_us:.0f} µs"
+        f"{WHAT[method.name]}: median {method.median_us:.0f} µs, p99 {method.p99_us:.0f} µs"
         for method in times.methods
         if method.median_us is not None and method.p99_us is not None
     )
@@ -184,14 +184,15 @@ def _adaptation_rate(results: PaperResults) -> Claim:
     sweep = results.adaptation_rate
     falls = sweep.slope <= -0.5
     always = falls and not math.isfinite(sweep.noise_decides_from)
-    stable = sweep.gammas[sweep.stable]
+    stable = sweep.gammas[sweep.stable & sweep.noisy_stable]
     span = f"{stable.min():g} … {stable.max():g}" if len(stable) else "none"
     return Claim(
         quote="γ0 ∝ √(1/Γ), which means that for high adaptation gains, the estimation error is "
         "bounded and can be made arbitrarily small.",
         section="III-A",
         figures=f"slope of log max|ỹ| over log Γ without noise {sweep.slope:.2f} (stable Γ: "
-        f"{span}; over the whole sweep {sweep.slope_all:.2f}); with noise the floor is "
+        f"{span}; over the whole sweep {sweep.slope_all:.2f}); reckoned for a step on a plant "
+        f"without lag, the worst case, {sweep.step_model_slope:.2f}; with noise the floor is "
         f"{sweep.noise_floor_m_s * _MILLI:.0f} mm/s, and noise decides from Γ = "
         f"{sweep.noise_decides_from:g} on.",
         rule="Reproduced if the slope without noise is at most -0.5 and noise nowhere doubles "

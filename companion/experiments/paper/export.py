@@ -18,10 +18,10 @@ import numpy as np
 
 from companion.experiments.paper.bounds import BoundsFlight
 from companion.experiments.paper.changing_dynamics import HoverConvergence, LoadStep
+from companion.experiments.paper.guarantees import Guarantees
 from companion.experiments.paper.headline import MeanError, mean_errors, verdict_counts
 from companion.experiments.paper.results import (
     Claim,
-    Guarantees,
     PaperResults,
     ReferenceComparison,
     by_axis,
@@ -108,6 +108,10 @@ def _spread(spread: Spread) -> dict[str, Any]:
     }
 
 
+def _plain_spread(spread: Spread) -> dict[str, Any]:
+    return {"mean": spread.mean, "std": spread.std, "seeds": spread.seeds}
+
+
 def _tracking(tracking: Tracking) -> dict[str, Any]:
     return {
         "errors": {
@@ -115,6 +119,7 @@ def _tracking(tracking: Tracking) -> dict[str, Any]:
                 wind: {
                     "by_trajectory": {n: _spread(s) for n, s in errors.by_trajectory.items()},
                     "mean_of_five": _spread(errors.mean),
+                    "tilt_slew_rms_g_s": _plain_spread(errors.tilt_slew_g_s),
                 }
                 for wind, errors in by_wind.items()
             }
@@ -156,18 +161,21 @@ def _adaptation_rate(results: PaperResults) -> dict[str, Any]:
                 "noisy_largest_y_tilde_m_s": by_axis(noisy),
                 "exact_stable": stable,
                 "noisy_stable": noisy_stable,
+                "step_model_largest_y_tilde_m_s": step,
             }
-            for gamma, exact, noisy, stable, noisy_stable in zip(
+            for gamma, exact, noisy, stable, noisy_stable, step in zip(
                 sweep.gammas,
                 sweep.exact_m_s,
                 sweep.noisy_m_s,
                 sweep.stable,
                 sweep.noisy_stable,
+                sweep.step_model_m_s,
                 strict=True,
             )
         ],
         "slope": sweep.slope,
         "slope_all": sweep.slope_all,
+        "step_model_slope": sweep.step_model_slope,
         "noise_decides_from_1_s2": sweep.noise_decides_from,
         "noise_floor_m_s": sweep.noise_floor_m_s,
         "well_sampled_to_1_s2": sweep.well_sampled_to,

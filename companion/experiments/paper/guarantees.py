@@ -8,14 +8,35 @@ from companion.config.resolve import FlightConfig
 from companion.config.yaml_source import ConfigError
 from companion.control.l1_adaptive import L1Gains
 from companion.experiments.certified import certificate_subject
-from companion.experiments.paper.results import Guarantees
 from companion.experiments.paper.scale import VELOCITY_NOISE_M_S
 from companion.flight.assemble import l1_gains
+from companion.report.flight_data import Array
 from companion.theory.certificate import Certificate, certify
 from companion.theory.envelope import Air
 from companion.theory.plant import AxisPlant, axis_plants
 
 _STANDARD_DEVIATIONS = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Guarantees:
+    """What the theory says of the shipped L1 controller on the vehicle; arrays are (3,)."""
+
+    norm_g: Array
+    """‖G‖_L1."""
+    lipschitz: Array
+    """The drag's Lipschitz constant L, in the unit of u per m/s."""
+    gamma_0_m_s: Array
+    """Bound of |ỹ|."""
+    gamma_1_m_s: Array
+    """Bound of |y1_ref - y1|."""
+    noise_extra_m_s: Array
+    """What measurement noise adds to |ỹ|: five standard deviations of what the sampled loop makes
+    of it. Gaussian noise has no bound; this is an estimate."""
+    delta: Array
+    """Bound of |σ| that γ0 reckons with, in the unit of u."""
+    delta_d: Array
+    """Bound of |σ̇|, per second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +48,7 @@ class Theory:
     gains: L1Gains
     plants: tuple[AxisPlant, AxisPlant, AxisPlant]
     """A(s) of x, y and z."""
+    linear_drag_1_s: float
     quadratic_drag_1_m: float
 
 
@@ -50,10 +72,17 @@ def theory_of(config: FlightConfig) -> Theory:
         lipschitz=vector([a.bounds.sigma.lipschitz for a in axes]),
         gamma_0_m_s=vector([a.bounds.gamma_0_m_s for a in axes]),
         gamma_1_m_s=vector([a.bounds.gamma_1_m_s for a in axes]),
-        noise_extra_m_s=np.full(3, _STANDARD_DEVIATIONS * VELOCITY_NOISE_M_S),
+        noise_extra_m_s=_STANDARD_DEVIATIONS
+        * VELOCITY_NOISE_M_S
+        * vector([a.noise_to_y_tilde for a in axes]),
         delta=vector([a.bounds.delta for a in axes]),
         delta_d=vector([a.bounds.sigma.sigma_rate for a in axes]),
     )
     return Theory(
-        certificate, guarantees, l1_gains(l1), axis_plants(dynamics), dynamics.quadratic_drag_1_m
+        certificate,
+        guarantees,
+        l1_gains(l1),
+        axis_plants(dynamics),
+        dynamics.linear_drag_1_s,
+        dynamics.quadratic_drag_1_m,
     )

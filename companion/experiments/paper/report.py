@@ -62,7 +62,7 @@ def write_report(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"mm": _millimetres, "times": _times, "name": name_of}
+    environment.filters |= {"mm": _millimetres, "times": _times, "slew": _slew, "name": name_of}
     page = environment.get_template(_TEMPLATE).render(_context(results, claims, figures, folder))
     path = folder / NAME
     path.write_text(page, encoding="utf-8")
@@ -147,6 +147,10 @@ def _millimetres(spread: Spread) -> str:
         return "–"
     text = f"{spread.mean * _MM:.1f}"
     return f"{text} ± {spread.std * _MM:.1f}" if math.isfinite(spread.std) else text
+
+
+def _slew(value_g_s: float) -> str:
+    return f"{value_g_s:.2f}" if math.isfinite(value_g_s) else "–"
 
 
 def _times(ratio: float) -> str:

@@ -9,6 +9,7 @@ from companion.experiments.computing_time import ComputingTime
 from companion.experiments.paper.adaptation_rate import AdaptationRate
 from companion.experiments.paper.bounds import BoundsFlight
 from companion.experiments.paper.changing_dynamics import ChangingDynamics
+from companion.experiments.paper.guarantees import Guarantees
 from companion.experiments.paper.model_transfer import ModelTransfer
 from companion.experiments.paper.origin import CostFigures
 from companion.experiments.paper.scale import Scale
@@ -16,26 +17,6 @@ from companion.experiments.paper.tracking import Tracking
 from companion.report.flight_data import Array
 
 Verdict = Literal["reproduced", "partly", "not reproduced", "not tested"]
-
-
-@dataclass(frozen=True, slots=True)
-class Guarantees:
-    """What the theory says of the shipped L1 controller on the vehicle; arrays are (3,)."""
-
-    norm_g: Array
-    """‖G‖_L1."""
-    lipschitz: Array
-    """The drag's Lipschitz constant L, in the unit of u per m/s."""
-    gamma_0_m_s: Array
-    """Bound of |ỹ|."""
-    gamma_1_m_s: Array
-    """Bound of |y1_ref - y1|."""
-    noise_extra_m_s: Array
-    """What measurement noise may add to |ỹ|: five of its standard deviations."""
-    delta: Array
-    """Bound of |σ| that γ0 reckons with, in the unit of u."""
-    delta_d: Array
-    """Bound of |σ̇|, per second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +82,7 @@ class Claim:
     figures: str
     """What was measured."""
     rule: str
-    """What decides the verdict, said before looking."""
+    """What decides the verdict."""
     verdict: Verdict
     reason: str
 

@@ -87,7 +87,7 @@ def run_study(
         tracking=tracking.evaluate(flights, scale),
         bounds=bounds.evaluate(flights, scale, model),
         guarantees=theory.guarantees,
-        adaptation_rate=adaptation_rate.evaluate(flights, scale, model.m[0]),
+        adaptation_rate=adaptation_rate.evaluate(flights, scale, theory),
         reference=reference_system.evaluate(flights, scale, theory),
         model_transfer=model_transfer.evaluate(flights, scale),
         changing_dynamics=changing_dynamics.evaluate(flights, scale),

@@ -35,6 +35,9 @@ class Errors:
     by_trajectory: dict[int, Spread]
     mean: Spread
     """Of the five trajectories, seed by seed."""
+    tilt_slew_g_s: Spread
+    """Rms rate of the tilt command, mean of the five trajectories, seed by seed: what an error
+    does not show of a controller that chatters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,15 +100,20 @@ def evaluate(flights: Flights, scale: Scale) -> Tracking:
 
 
 def _errors(flights: Flights, scale: Scale, controller: str, wind: str) -> Errors:
-    values = {
+    summaries = {
         trajectory: [
-            flights.summary(task(controller, trajectory, wind, seed)).mean_error_m
-            for seed in scale.seeds
+            flights.summary(task(controller, trajectory, wind, seed)) for seed in scale.seeds
         ]
         for trajectory in TRAJECTORIES
     }
-    means = [float(np.mean(one_seed)) for one_seed in zip(*values.values(), strict=True)]
-    return Errors({number: spread(v) for number, v in values.items()}, spread(means))
+    values = {
+        trajectory: [summary.mean_error_m for summary in of_trajectory]
+        for trajectory, of_trajectory in summaries.items()
+    }
+    by_seed = list(zip(*summaries.values(), strict=True))
+    means = [float(np.mean([s.mean_error_m for s in one_seed])) for one_seed in by_seed]
+    slews = [float(np.mean([s.tilt_slew_rms_g_s for s in one_seed])) for one_seed in by_seed]
+    return Errors({number: spread(v) for number, v in values.items()}, spread(means), spread(slews))
 
 
 def _response(table: FlightTable) -> TimeResponse:

@@ -46,7 +46,9 @@ def caption(results: PaperResults) -> str:
         f"rate Γ in 1/s², both logarithmic: the L1 controller alone on trajectory {TRAJECTORY} in "
         f"calm air, seed {results.scale.seeds[0]}, the state at {SAMPLE_HZ:g} Hz, without and with "
         f"measurement noise. The slope without noise is {slope} where the loop is stable "
-        "(−0.5 is what the bound γ0 ∝ √(1/Γ) says; smooth disturbances fall faster). "
+        "(−0.5 is what the bound γ0 ∝ √(1/Γ) says; smooth disturbances fall faster). Crosses: reckoned "
+        "for a step at the input of a plant without lag, the worst case, slope "
+        f"{sweep.step_model_slope:.2f}. "
         f"{noise}, and it never falls below {sweep.noise_floor_m_s * _MM:.0f} mm/s. "
         f"Hollow is where the loop oscillates: {hollow}. Where the ground is grey, the state comes "
         "at less than 10 √(mΓ)."
@@ -68,6 +70,9 @@ def draw(results: PaperResults) -> Figure:
     _draw_points(axes, sweep.gammas, noisy, sweep.noisy_stable, L1_NOISY, "with measurement noise")
     _draw_points(axes, sweep.gammas, exact, sweep.stable, L1, "noise-free")
     _draw_slope(axes, sweep, exact)
+    step = sweep.step_model_m_s * _MM
+    if np.isfinite(step).all():
+        axes.plot(sweep.gammas, step, "x", color=MUTED, ms=5, label="reckoned, a step")
     floor = sweep.noise_floor_m_s * _MM
     if math.isfinite(floor):
         axes.axhline(floor, color=L1_NOISY, lw=1.0, ls=":", label="least with noise")

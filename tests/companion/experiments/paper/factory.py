@@ -13,11 +13,11 @@ from companion.experiments.paper.changing_dynamics import (
     HoverConvergence,
     LoadStep,
 )
+from companion.experiments.paper.guarantees import Guarantees
 from companion.experiments.paper.model_transfer import ModelTransfer
 from companion.experiments.paper.origin import CostFigures
 from companion.experiments.paper.results import (
     Claim,
-    Guarantees,
     PaperResults,
     Provenance,
     ReferenceComparison,
@@ -112,7 +112,7 @@ def with_losses(results: PaperResults) -> PaperResults:
     lost = [math.inf] * len(results.scale.seeds)
     errors = {
         controller: {
-            wind: Errors(of_wind.by_trajectory | {5: spread(lost)}, spread(lost))
+            wind: Errors(of_wind.by_trajectory | {5: spread(lost)}, spread(lost), spread(lost))
             for wind, of_wind in by_wind.items()
         }
         for controller, by_wind in results.tracking.errors.items()
@@ -167,7 +167,9 @@ def _tracking(scale: Scale, noise: np.random.Generator) -> Tracking:
             }
             seeds = zip(*(s.values for s in by_trajectory.values()), strict=True)
             errors[controller][wind] = Errors(
-                by_trajectory, spread([float(np.mean(values)) for values in seeds])
+                by_trajectory,
+                spread([float(np.mean(values)) for values in seeds]),
+                spread([0.4] * len(scale.seeds)),
             )
     times = np.arange(0.0, 20.0, 0.01)
     desired = TEST_TRAJECTORIES[4].position(times)
@@ -216,6 +218,8 @@ def _adaptation_rate(scale: Scale) -> AdaptationRate:
         noise_decides_from=500.0,
         noise_floor_m_s=float(noisy[:, :2].max(axis=1).min()),
         well_sampled_to=1000.0,
+        step_model_m_s=0.3 * (gammas / 200.0) ** -0.5,
+        step_model_slope=-0.5,
     )
 
 
