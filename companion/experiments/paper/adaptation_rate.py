@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from companion.control.thrust import GRAVITY_M_S2
-from companion.control.transfer_function import TransferFunction
 from companion.experiments.flight_task import FlightTask
 from companion.experiments.paper.flights import Flights, scored, vectors
 from companion.experiments.paper.guarantees import Theory
@@ -56,8 +54,8 @@ class AdaptationRate:
     well_sampled_to: float
     """Largest Γ of the sweep with 10 √(mΓ) samples a second, horizontal axes."""
     step_model_m_s: Array
-    """(rates,) max |ỹ| of the law around a plant without lag, for a step at its input: reckoned,
-    not flown, and sampled at 20 √(mΓ)."""
+    """(rates,) max |ỹ| of the law around A(s) = M(s) for a step at its input: reckoned, not
+    flown, and sampled at 20 √(mΓ)."""
     step_model_slope: float
 
 
@@ -90,7 +88,7 @@ def evaluate(flights: Flights, scale: Scale, theory: Theory) -> AdaptationRate:
     noisy_stable = horizontal_noisy < _LOST_M_S
     clean = stable & noisy_stable
     m = theory.gains.reference_model[0].denominator[1]
-    step = _step_on_a_plant_without_lag(gammas, theory, m)
+    step = _step_on_the_ideal_plant(gammas, theory, m)
     decides = clean & (horizontal_noisy > _NOISE_RULES * horizontal)
     sampled = 10.0 * np.sqrt(m * gammas) <= SAMPLE_HZ
     return AdaptationRate(
@@ -109,14 +107,13 @@ def evaluate(flights: Flights, scale: Scale, theory: Theory) -> AdaptationRate:
     )
 
 
-def _step_on_a_plant_without_lag(gammas: Array, theory: Theory, m: float) -> Array:
-    """Largest |ỹ| of the implemented law around g / (s + k1), per Γ, for a step of the input.
+def _step_on_the_ideal_plant(gammas: Array, theory: Theory, m: float) -> Array:
+    """Largest |ỹ| of the implemented law around A(s) = M(s), per Γ, for a step of its input.
 
     The worst that a disturbance can do: with relative degree 1 a step of d is one of σ.  Sampled at
     20 √(mΓ) of the largest Γ.
     """
-    linear = theory.linear_drag_1_s
-    plant = AxisPlant(TransferFunction((GRAVITY_M_S2,), (1.0, linear)), 0.0)
+    plant = AxisPlant(theory.gains.reference_model[0], 0.0)
     errors: Array = largest_prediction_errors(
         plant,
         theory.gains.reference_model[0],

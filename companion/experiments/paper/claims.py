@@ -191,8 +191,8 @@ def _adaptation_rate(results: PaperResults) -> Claim:
         "bounded and can be made arbitrarily small.",
         section="III-A",
         figures=f"slope of log max|ỹ| over log Γ without noise {sweep.slope:.2f} (stable Γ: "
-        f"{span}; over the whole sweep {sweep.slope_all:.2f}); reckoned for a step on a plant "
-        f"without lag, the worst case, {sweep.step_model_slope:.2f}; with noise the floor is "
+        f"{span}; over the whole sweep {sweep.slope_all:.2f}); reckoned for a step at the "
+        f"input of A = M, the worst case, {sweep.step_model_slope:.2f}; with noise the floor is "
         f"{sweep.noise_floor_m_s * _MILLI:.0f} mm/s, and noise decides from Γ = "
         f"{sweep.noise_decides_from:g} on.",
         rule="Reproduced if the slope without noise is at most -0.5 and noise nowhere doubles "

@@ -48,7 +48,6 @@ class Theory:
     gains: L1Gains
     plants: tuple[AxisPlant, AxisPlant, AxisPlant]
     """A(s) of x, y and z."""
-    linear_drag_1_s: float
     quadratic_drag_1_m: float
 
 
@@ -83,6 +82,5 @@ def theory_of(config: FlightConfig) -> Theory:
         guarantees,
         l1_gains(l1),
         axis_plants(dynamics),
-        dynamics.linear_drag_1_s,
         dynamics.quadratic_drag_1_m,
     )
