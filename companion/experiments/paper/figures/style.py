@@ -18,6 +18,7 @@ ON_COLOUR = "#1f2329"
 """Letters on a coloured cell, the same by day and night."""
 MPC_L1, MPC_L1_FAN = "#c0392b", "#eda79f"
 MPC_PID, MPC_PID_FAN = "#0b63a5", "#9ec9ea"
+MPC_PID_JOINT, MPC_PID_JOINT_FAN = "#3a86a8", "#b5d6e0"
 PID_L1, LQR_L1 = "#e69f00", "#00876c"
 L1, L1_NOISY = "#6a3d9a", "#c4b0dd"
 """The inner controller alone, without and with measurement noise."""
@@ -31,6 +32,8 @@ DARK = {
     MPC_L1: "#f0685a",
     MPC_L1_FAN: "#f7c3bd",
     MPC_PID: "#4a9de0",
+    MPC_PID_JOINT: "#6cb8d0",
+    MPC_PID_JOINT_FAN: "#cfe8ef",
     MPC_PID_FAN: "#bfdcf5",
     PID_L1: "#f0b429",
     LQR_L1: "#2db594",
@@ -43,6 +46,7 @@ DARK = {
 COLOURS = {
     "mpc-l1": MPC_L1,
     "mpc-pid": MPC_PID,
+    "mpc-pid-joint": MPC_PID_JOINT,
     "pid-l1": PID_L1,
     "lqr-l1": LQR_L1,
     "l1": L1,
