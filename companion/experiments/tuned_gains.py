@@ -87,10 +87,10 @@ TUNED: dict[str, tuple[TunedGain, ...]] = {
 """By framework."""
 
 _MODEL = (
-    TunedGain("mpc_model.m", _XY, 0.5, 20.0, (2.0, 5.0), from_zero=False),
-    TunedGain("mpc_model.k", _XY, 0.2, 5.0, (0.8, 1.5), from_zero=False),
-    TunedGain("mpc_model.m", _Z, 0.5, 30.0, (3.0, 6.0), from_zero=False),
-    TunedGain("mpc_model.k", _Z, 0.2, 10.0, (0.8, 2.0), from_zero=False),
+    TunedGain("mpc_model.m", _XY, 0.1, 30.0, (2.0, 5.0), from_zero=False),
+    TunedGain("mpc_model.k", _XY, 0.1, 100.0, (0.8, 1.5), from_zero=False),
+    TunedGain("mpc_model.m", _Z, 0.1, 30.0, (3.0, 6.0), from_zero=False),
+    TunedGain("mpc_model.k", _Z, 0.1, 100.0, (0.8, 2.0), from_zero=False),
 )
 
 TUNED_BELOW_MPC: dict[str, tuple[TunedGain, ...]] = {
