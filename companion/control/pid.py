@@ -73,7 +73,8 @@ def step(
     Returns:
         The new memory, the output (axes,), and its parts.
     """
-    limit = np.asarray(gains.integral_limit)
+    # What it began with may lie beyond the limit: it comes back from there, and goes no further.
+    limit = np.maximum(gains.integral_limit, np.abs(memory.integral))
     integral = np.clip(memory.integral + np.asarray(gains.ki) * error_m * dt_s, -limit, limit)
     terms = PidTerms(np.asarray(gains.kp) * error_m, integral, -np.asarray(gains.kd) * velocity_m_s)
     output = terms.proportional + terms.integral + terms.derivative

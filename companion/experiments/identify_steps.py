@@ -1,7 +1,8 @@
 """A second-order model per axis from separate steps in x, y and z, as the paper's MPC-PID takes it.
 
 The framework ``pid`` has r2 = y2*, so that a step of the desired position is a step of r2.  The
-model is ``ω² / (s² + 2 ζ ω s + ω²)``: linear, of second order, without delay.
+model is ``ω² / (s² + 2 ζ ω s + ω²)``: linear, of second order, without delay.  The step is the
+largest of a few at which no limit cuts u: a linear model of a saturated response says nothing.
 """
 
 from dataclasses import dataclass
@@ -21,6 +22,11 @@ _STEP_AT_S = 1.0
 _RECORDED_S = 8.0
 _BASE_M = (0.0, 0.0, 1.5)
 _AXES = ("x", "y", "z")
+_CUT = 1e-9
+_LARGEST_MISFIT = 0.25
+"""Of the step's size, rms."""
+STEPS_M = (0.5, 0.3, 0.2, 0.1, 0.05)
+"""Sizes of the step, the largest first."""
 _FIRST_GUESSES = ((1.0, 0.7), (3.0, 0.7), (2.0, 0.3), (2.0, 1.5))
 """Natural frequency, rad/s, and damping, from which the fit begins; the best end counts."""
 
@@ -67,6 +73,8 @@ class SecondOrder:
     damping: float
     misfit_rms_m: float
     """Root mean square of the response minus the model's."""
+    step_m: float = STEPS_M[0]
+    """The step that was flown."""
 
     @property
     def m(self) -> float:
@@ -85,11 +93,12 @@ class StepTask:
 
     task: FlightTask
     axis: int
-    size_m: float = 0.5
 
 
 def identify(step: StepTask) -> SecondOrder:
-    """Fly a step and fit the model to the reported position.
+    """Fly steps, the largest first, until one is not cut by a limit; fit the model to that one.
+
+    The response is the reported position.
 
     Raises:
         ConfigError: the task can't be flown as it stands, or its r2 is not y2*.
@@ -101,21 +110,30 @@ def identify(step: StepTask) -> SecondOrder:
         raise ConfigError(
             f"steps of r2 need a framework with r2 = y2*, which {framework} has not. Take 'pid'."
         )
-    log = MemoryLog()
-    trajectory = StepTrajectory(step.axis, step.size_m)
-    outcome = fly_loaded(loaded, trajectory, log, airborne=step.task.airborne)
-    if outcome.scored_s is None or not outcome.completed:
-        raise UnidentifiedError(f"the {trajectory.name} was not flown: {outcome.note}")
-    ticks = log.data().ticks
-    times = ticks.time_s - outcome.scored_s[0] - _STEP_AT_S
-    position = ticks.position_enu_m[:, step.axis]
-    known = np.isfinite(position) & (times < _RECORDED_S)
-    before = known & (times > -0.5) & (times < 0.0)
-    after = known & (times >= 0.0)
-    response = (position[after] - position[before].mean()) / step.size_m
-    model = fit_second_order(times[after], response)
-    return SecondOrder(
-        model.natural_frequency_rad_s, model.damping, model.misfit_rms_m * step.size_m
+    for size_m in STEPS_M:
+        log = MemoryLog()
+        trajectory = StepTrajectory(step.axis, size_m)
+        outcome = fly_loaded(loaded, trajectory, log, airborne=step.task.airborne)
+        if outcome.scored_s is None or not outcome.completed:
+            raise UnidentifiedError(f"the {trajectory.name} was not flown: {outcome.note}")
+        ticks = log.data().ticks
+        times = ticks.time_s - outcome.scored_s[0] - _STEP_AT_S
+        position = ticks.position_enu_m[:, step.axis]
+        known = np.isfinite(position) & (times < _RECORDED_S)
+        after = known & (times >= 0.0)
+        if np.nanmax(np.abs(ticks.u[after] - ticks.applied_u[after]), initial=0.0) < _CUT:
+            before = known & (times > -0.5) & (times < 0.0)
+            response = (position[after] - position[before].mean()) / size_m
+            model = fit_second_order(times[after], response)
+            return SecondOrder(
+                model.natural_frequency_rad_s,
+                model.damping,
+                model.misfit_rms_m * size_m,
+                size_m,
+            )
+    raise UnidentifiedError(
+        f"every step in {_AXES[step.axis]} down to {STEPS_M[-1]:g} m is cut by the vehicle's "
+        "limits: the loop is unstable, or its gains are too high to be identified"
     )
 
 
@@ -143,7 +161,7 @@ def fit_second_order(times_s: Array, response: Array) -> SecondOrder:
     best = min(fits, key=lambda fit: fit.cost)
     omega, zeta = (float(value) for value in np.exp(best.x))
     rms = float(np.sqrt(np.mean(best.fun**2)))
-    if rms > 0.5:
+    if rms > _LARGEST_MISFIT:
         raise UnidentifiedError(f"no second-order model fits: {rms:.2f} of the step is left over")
     return SecondOrder(omega, zeta, rms)
 

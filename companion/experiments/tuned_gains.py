@@ -51,7 +51,7 @@ class TunedGain:
         if self.from_zero:
             share = math.log1p(value / self.low) / math.log1p(ratio)
             return _ZERO_UP_TO + (1.0 - _ZERO_UP_TO) * share
-        return math.log(value / self.low) / math.log(ratio)
+        return math.log(max(value, self.low) / self.low) / math.log(ratio)
 
 
 _XY, _Z = (0, 1), (2,)

@@ -50,12 +50,12 @@ def source_text(
         return text
     fits = ", ".join(
         f"{axis} ω {model.natural_frequency_rad_s:.2f} rad/s ζ {model.damping:.2f} "
-        f"(misfit {model.misfit_rms_m * 1e3:.0f} mm rms)"
+        f"(misfit {model.misfit_rms_m * 1e3:.0f} mm rms of a step of {model.step_m:g} m)"
         for axis, model in zip(_AXES, models, strict=True)
     )
     return (
         f"{text} That tuned the PID alone (r2 = y2*). Model identified from separate steps of r2 "
-        f"of 0.5 m with it: {fits}. The MPC is that of mpc-l1."
+        f"with it: {fits}. The MPC is that of mpc-l1."
     )
 
 
@@ -70,7 +70,7 @@ def result_lines(result: TuningResult, models: Sequence[SecondOrder]) -> list[st
     lines += [f"gains     {key} {list(values)}" for key, values in result.best.gains.items()]
     lines += [
         f"model {axis}   ω {model.natural_frequency_rad_s:.3f} rad/s, ζ {model.damping:.3f}, "
-        f"misfit {model.misfit_rms_m * 1e3:.1f} mm rms"
+        f"misfit {model.misfit_rms_m * 1e3:.1f} mm rms of a step of {model.step_m:g} m"
         for axis, model in zip(_AXES, models, strict=False)
     ]
     return lines

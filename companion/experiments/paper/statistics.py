@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+_MM = 1e3
+
 
 @dataclass(frozen=True, slots=True)
 class Spread:
@@ -28,3 +30,29 @@ def spread(values: Sequence[float]) -> Spread:
         return Spread(math.inf, math.nan, len(values), lost, tuple(values))
     std = float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
     return Spread(float(np.mean(values)), std, len(values), 0, tuple(values))
+
+
+def millimetres(spread: Spread, unit: str = "") -> str:
+    """A spread of lengths in metres for a person, in millimetres.
+
+    Args:
+        spread: m.
+        unit: put behind the figure, if there is one: " mm" in a sentence, nothing in a table whose
+            head says it.
+
+    Returns:
+        Mean ± standard deviation; the mean alone for a single seed; how many flights were lost.
+    """
+    if not math.isfinite(spread.mean):
+        return lost_text(spread)
+    text = f"{spread.mean * _MM:.1f}"
+    if math.isfinite(spread.std):
+        text = f"{text} ± {spread.std * _MM:.1f}"
+    return text + unit
+
+
+def lost_text(spread: Spread) -> str:
+    """How many flights did not come to the end; a dash if there was none at all."""
+    if not spread.seeds:
+        return "–"
+    return "lost" if spread.seeds == 1 else f"lost {spread.lost} of {spread.seeds}"

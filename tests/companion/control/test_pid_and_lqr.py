@@ -77,8 +77,8 @@ def test_an_integral_does_not_wind_up_behind_a_limit_and_may_unwind():
 
 
 def test_the_inner_pid_starts_without_a_bump():
-    controller = PidController(gains(limit=10.0))
-    position, velocity, u = np.array([1.0, 2.0, 3.0]), np.array([0.4, -0.2, 0.1]), np.full(3, 0.05)
+    controller = PidController(gains(limit=0.1))
+    position, velocity, u = np.array([1.0, 2.0, 3.0]), np.array([2.0, -0.2, 0.1]), np.full(3, 0.05)
     memory, r2 = controller.start(position, velocity, u)
     _, record = controller.step(memory, r2, position, velocity, 0.01)
     np.testing.assert_allclose(record.u, u, atol=1e-12)

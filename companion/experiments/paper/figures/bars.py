@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 
 from companion.experiments.paper.figures.style import INK, MUTED, SMALL
-from companion.experiments.paper.statistics import Spread
+from companion.experiments.paper.statistics import Spread, lost_text
 
 _LOST_HEIGHT = 0.35
 """Of a bar that stands for lost flights, as a share of the highest one."""
@@ -39,11 +39,6 @@ def bar_of(spread: Spread, scale: float, note: str = "") -> Bar:
     if spread.lost:
         return Bar(math.inf, note=lost_text(spread))
     return Bar(spread.mean * scale, spread.std * scale, note)
-
-
-def lost_text(spread: Spread) -> str:
-    """How many flights did not come to the end."""
-    return "lost" if spread.seeds <= 1 else f"lost {spread.lost} of {spread.seeds}"
 
 
 def draw_bars(
