@@ -14,7 +14,7 @@ from typing import Any, TextIO
 from rich.console import Console
 
 from companion.config.models import MissionConfig
-from companion.config.resolve import FlightConfig, load_flight
+from companion.config.resolve import FlightConfig, controller_path, load_flight
 from companion.config.yaml_source import ConfigError
 from companion.flight.assemble import infeasibilities, make_stack, make_trajectory
 from companion.flight.conduct import Outcome, OutcomeName
@@ -64,7 +64,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     try:
         config = load_flight(request.mission_file, request.overrides, _settings(request.settings))
         trajectory = make_trajectory(config.mission)
-        make_stack(config.controller, config.vehicle, config.mission)  # refuses what cannot fly
+        _check_controller(config)
         shim = _shim_options(config, lockstep=request.lockstep)
         if config.mission.connect is not None:
             parse_link_url(config.mission.connect)
@@ -125,6 +125,25 @@ def _fly(
     from companion.flight.real_time import fly_in_real_time
 
     return fly_in_real_time(config, trajectory, log, observer, shim)
+
+
+def _check_controller(config: FlightConfig) -> None:
+    """Refuse what no law can be made of, and what must not leave the simulator.
+
+    Raises:
+        ConfigError: with the controller's file and the remedy.
+    """
+    controller, mission = config.controller, config.mission
+    try:
+        make_stack(controller, config.vehicle, mission)
+    except ConfigError as error:
+        path = controller_path(mission.controller, config.vehicle.name)
+        raise ConfigError(f"{path}: {error}") from error
+    if mission.connect and controller.l1 and controller.l1.discretisation == "euler":
+        raise ConfigError(
+            "the explicit Euler step (controller.l1.discretisation) is for study in the simulator: "
+            "it is unstable for Γ dt > 1. Leave --connect or the setting out."
+        )
 
 
 def _settings(pairs: tuple[str, ...]) -> dict[str, str]:

@@ -101,12 +101,17 @@ def run_tune(request: TuneRequest, evaluate: Callable[[Gains], float] | None = N
         raise ConfigError(f"--jobs {jobs}: give at least one process.")
     template = read_yaml(controller_path(request.controller, config.vehicle.name)).data
     alone = framework == _MPC_PID and request.part == "gains"
+    if alone and request.controller != _MPC_PID:
+        raise ConfigError(
+            f"{request.controller}: the gains of mpc-pid are those of its PID, flown alone; tune "
+            "'mpc-pid' by its name, or a file of the framework 'pid'."
+        )
     if alone:
         task = FlightTask(_PID, request.trajectory, seed=request.seed, vehicle=request.vehicle)
         inner = load_task(task).config.controller.inner_pid
         assert inner is not None
         template = {**template, "inner_pid": inner.model_dump(mode="json")}
-    out = request.out or _default_out(request)
+    out = _writable(request.out or _default_out(request))
     log_path = out.with_suffix(".jsonl")
     log_path.parent.mkdir(parents=True, exist_ok=True)
     try:
@@ -172,7 +177,23 @@ def _family(
 
 def _default_out(request: TuneRequest) -> Path:
     vehicle, controller = Path(request.vehicle).stem, Path(request.controller).stem
-    return Path("tuned") / f"{controller}-{vehicle}.yaml"
+    words = [controller, vehicle]
+    if request.part != "gains":
+        words += [request.part, f"t{Path(str(request.trajectory)).stem}"]
+    return Path("tuned") / f"{'-'.join(words)}.yaml"
+
+
+def _writable(out: Path) -> Path:
+    """The path of the result, which is written only after all the flights.
+
+    Raises:
+        ConfigError: it can't be written there, or the log would take its place.
+    """
+    if out.suffix not in (".yaml", ".yml"):
+        raise ConfigError(f"--out {out}: give a file that ends in .yaml; the log lies beside it.")
+    if out.is_dir():
+        raise ConfigError(f"--out {out}: that is a folder. Give a file.")
+    return out
 
 
 def _search(
@@ -262,7 +283,7 @@ def _model_sections(models: list[SecondOrder], config: FlightConfig) -> dict[str
 
 
 def _command(request: TuneRequest) -> str:
-    """The command line that gives this result again, wherever it is typed."""
+    """The command line that gives this result again; files are named without their folder."""
     return (
         f"companion tune {said_name(request.controller)} "
         f"--traj {said_name(str(request.trajectory))} --vehicle {said_name(request.vehicle)} "

@@ -126,7 +126,7 @@ def mean_error_mm(model: Model, m: float, omega: float, k: float, gamma: float, 
                 gains, memory, r, position, velocity, SAMPLE_STEPS * STEP_S
             )
             u = np.clip(record.u, -LARGEST_SINE, LARGEST_SINE)
-            memory = l1_adaptive.with_applied(memory, u)
+            memory = l1_adaptive.with_applied(gains, memory, u)
         commands.append(u)
         command = commands.pop(0)
         tilt, tilt_rate = (

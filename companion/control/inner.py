@@ -33,7 +33,7 @@ class L1Controller:
 
     def with_applied(self, memory: L1Memory, applied_u: Array) -> L1Memory:
         """See `l1_adaptive.with_applied`."""
-        return l1_adaptive.with_applied(memory, applied_u)
+        return l1_adaptive.with_applied(self.gains, memory, applied_u)
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,7 +48,7 @@ class OuterController(Protocol):
         """(k,) times from now at which `step` wants the desired position; the first is 0."""
 
     def start(self, r_m: Array) -> Any:  # noqa: ANN401 - its own memory
-        """Memory with which a reference r (axes,) continues without a bump."""
+        """Memory to begin with, where the reference r (axes,) is in effect."""
 
     def step(
         self,

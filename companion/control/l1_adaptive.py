@@ -209,10 +209,16 @@ def _step_matrices(gains: L1Gains, dt_s: float) -> _Step:
 
 def _resting(functions: tuple[TransferFunction, ...], outputs: Array) -> Array:
     """(n, order) states of systems of gain 1 that rest at an output each."""
+    states: Array = _resting_at_one(functions) * outputs[:, None]
+    return states
+
+
+@lru_cache(maxsize=64)
+def _resting_at_one(functions: tuple[TransferFunction, ...]) -> Array:
     states = np.zeros((len(functions), _largest_order(functions)))
     for i, function in enumerate(functions):
         a, b, _ = function.state_space()
-        states[i, : function.order] = -np.linalg.solve(a, b) * outputs[i]
+        states[i, : function.order] = -np.linalg.solve(a, b)
     return states
 
 
@@ -281,14 +287,17 @@ def step(
     return advanced, L1Record(r1, after[:, 0] - velocity_m_s, sigma, u, projecting)
 
 
-def with_applied(memory: L1Memory, applied_u: Array) -> L1Memory:
+def with_applied(gains: L1Gains, memory: L1Memory, applied_u: Array) -> L1Memory:
     """Tell the law what the limits after it left of u.
 
     The predictor must see what the vehicle gets, or the missing part looks like a disturbance; and
-    the output of C(s) is held at the limit, or u runs away from it and takes 1/ω to come back.
+    on the axes that were cut, C(s) rests at the limit, all of its states, or u runs away from it
+    and takes long to come back.
     """
-    low_pass = memory.low_pass.copy()
-    low_pass[:, 0] = applied_u
+    cut = memory.low_pass[:, 0] != applied_u
+    low_pass = memory.low_pass
+    if cut.any():
+        low_pass = np.where(cut[:, None], _resting(gains.low_pass, applied_u), low_pass)
     return replace(memory, applied_u=applied_u, low_pass=low_pass)
 
 

@@ -65,6 +65,6 @@ def lqr_gains(
 
 def _no_solution(axis: int) -> str:
     return (
-        f"the LQR of axis {axis} has no stabilising solution: give weights on position and "
-        "integral above zero"
+        f"the LQR of axis {axis} has no stabilising solution that can be reckoned: give weights on "
+        "position and integral above zero, and not so many orders of magnitude apart"
     )

@@ -22,7 +22,7 @@ class TransferFunction:
         """
         numbers = (*self.numerator, *self.denominator)
         if not self.numerator or not np.isfinite(numbers).all() or self.denominator[0] == 0.0:
-            raise ValueError("a transfer function needs finite coefficients and a leading one")
+            raise ValueError("a transfer function needs finite coefficients, the leading one not 0")
         if len(self.numerator) >= len(self.denominator):
             raise ValueError("a transfer function must be strictly proper")
 

@@ -1,5 +1,6 @@
 """Many simulated flights over the processors, each kept as it ends, so that a study resumes."""
 
+import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -117,7 +118,19 @@ def _kept(job: Job) -> Summary | None:
 def _sweep(folder: Path) -> None:
     """Take away what workers that died or were stopped left unfinished, now or in another run."""
     for path in (folder / "flights").glob(".*.parquet.*"):
-        path.unlink(missing_ok=True)
+        if not _lives(path.suffix.removeprefix(".")):
+            path.unlink(missing_ok=True)
+
+
+def _lives(pid: str) -> bool:
+    """Whether the process that writes a file is still there: another campaign of this folder's."""
+    try:
+        os.kill(int(pid), 0)
+    except (ValueError, ProcessLookupError):
+        return False
+    except PermissionError:
+        return True
+    return True
 
 
 class _Clock:

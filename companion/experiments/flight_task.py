@@ -116,7 +116,7 @@ def _key(task: FlightTask, loaded: LoadedTask) -> str:
         "trajectory": trajectory if isinstance(trajectory, int) else _file_digest(trajectory),
         "scenario": _file_digest(shim.scenario),
         "plant": shim.vehicle if task.shim_vehicle is None else _file_digest(shim.vehicle),
-        "sensors": task.sensors,
+        "sensors": _content(task.sensors),
         "airborne": task.airborne,
     }
     text = json.dumps(decides, sort_keys=True, ensure_ascii=True)
@@ -131,6 +131,13 @@ def _word(name: str) -> str:
     """A name or a path's last part, fit for a file's name."""
     stem = Path(name).stem if name.endswith((".yaml", ".yml", ".csv")) else name
     return re.sub(r"[^A-Za-z0-9_-]+", "_", stem)[:40]
+
+
+def _content(name_or_path: str | None) -> str | None:
+    """A name as it is; of a file its content."""
+    if name_or_path is None or not name_or_path.endswith((".yaml", ".yml")):
+        return name_or_path
+    return _file_digest(name_or_path)
 
 
 def _file_digest(path: str | Path) -> str:

@@ -118,7 +118,7 @@ def l1_gains(l1: L1Config) -> L1Gains:
             discretisation=l1.discretisation,
         )
     except ValueError as error:
-        raise ConfigError(f"the controller's file, section l1: {error}. Change it.") from error
+        raise ConfigError(f"section l1: {error}. Change it.") from error
 
 
 def position_model(controller: ControllerConfig) -> PositionModel | None:
@@ -163,7 +163,7 @@ def _outer(
         try:
             gains = lqr_gains(model, weights, lqr.period_s, lqr.integral_limit)
         except ValueError as error:
-            raise ConfigError(f"the controller's file, section lqr: {error}.") from error
+            raise ConfigError(f"section lqr: {error}.") from error
         return FeedbackController(gains, lqr.period_s)
     return direct(3)
 
@@ -199,5 +199,11 @@ def _mpc(
 
 def supervisor_limits(mission: MissionConfig) -> SupervisorLimits:
     """The ladder's limits."""
-    s = mission.supervisor
-    return SupervisorLimits(s.state_age_limit_s, s.hand_over_after_s, s.failed_solves_s)
+    s, fence = mission.supervisor, mission.geofence
+    return SupervisorLimits(
+        s.state_age_limit_s,
+        s.hand_over_after_s,
+        s.failed_solves_s,
+        fence.low_m,
+        fence.high_m,
+    )

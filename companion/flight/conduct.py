@@ -84,7 +84,12 @@ async def conduct(
         make_solver: a QP solver in place of the configured one.
         scope: whether to take over a vehicle that is in the air already.  Only for a simulated
             one, which nobody else can be flying.
+
+    Raises:
+        ValueError: a vehicle in the air was to be taken over in real time.
     """
+    if real_time and scope is not FlightScope.WHOLE:
+        raise ValueError("only a simulated vehicle in lockstep is taken over in the air")
     connection = Connection(link, Px4(), log)
     voice = Voice(observer, log, connection.say)
     control = ControlLoop(

@@ -162,6 +162,9 @@ class ControlLoop:
         memory, self._memory = self._memory, None
         if memory is not None and state.time_s - memory.sample_s > self._limits.state_age_limit_s:
             memory = None  # what the laws remember is of another time
+        breach = self._limits.breach(state.position_enu_m)
+        if breach:
+            return None, None, breach
         try:
             if memory is None:
                 self._memory = self._stack.start(state, self._hover_force)

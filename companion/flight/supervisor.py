@@ -19,6 +19,8 @@ from enum import Enum
 _FORGETTING = 0.25
 """Seconds on LEVEL that a second on TRACK makes up for."""
 
+_FENCE_MARGIN_M = 0.5
+
 RESTARTING = "restarting"
 """The problem of a tick at which the controller starts again: it has no command yet."""
 
@@ -38,6 +40,22 @@ class SupervisorLimits:
     state_age_limit_s: float
     hand_over_after_s: float
     failed_solves_s: float
+    fence_low_m: tuple[float, float, float] = (-math.inf, -math.inf, -math.inf)
+    """The geofence, ENU m: a vehicle that reports itself well outside is not flown on."""
+    fence_high_m: tuple[float, float, float] = (math.inf, math.inf, math.inf)
+
+    def breach(self, position_enu_m: tuple[float, float, float]) -> str:
+        """What is wrong with a position; empty if nothing.
+
+        The MPC's bound is soft: a little outside is well.
+        """
+        beyond = max(
+            max(low - p, p - high)
+            for low, p, high in zip(
+                self.fence_low_m, position_enu_m, self.fence_high_m, strict=True
+            )
+        )
+        return f"{beyond:.1f} m outside the geofence" if beyond > _FENCE_MARGIN_M else ""
 
 
 @dataclass(frozen=True, slots=True)

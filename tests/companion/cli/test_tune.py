@@ -1,6 +1,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from typer.testing import CliRunner
 
 from companion import tune_command
 from companion.cli import app
-from companion.config.resolve import load_flight
+from companion.config.resolve import configs_folder, load_flight
 from companion.config.yaml_source import ConfigError
 from companion.experiments.identify_steps import SecondOrder
 from companion.experiments.tuned_gains import TUNED
@@ -126,12 +127,17 @@ def test_a_few_flights_find_gains_no_worse_than_the_starts(tmp_path, monkeypatch
         (["pid", "--jobs", "0"], "--jobs"),
         (["pid", "--part", "model"], "--part model: of mpc-pid give one of"),
         (["mpc-pid", "--part", "half"], "--part half"),
+        (["pid", "--out", "a.jsonl"], "ends in .yaml"),
+        (["pid", "--out", "folder.yaml"], "that is a folder"),
+        (["mine.yaml"], "tune 'mpc-pid' by its name"),
     ],
 )
 def test_what_can_not_be_tuned_is_said_before_anything_is_begun(
     options, said, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.yaml").mkdir()
+    shutil.copy(configs_folder() / "controllers" / "mpc-pid" / "bebop2.yaml", "mine.yaml")
 
     result = CliRunner().invoke(app, ["tune", *options])
 

@@ -322,3 +322,15 @@ def test_a_vehicles_file_gets_the_controller_of_the_vehicle_that_it_names(tmp_pa
 @pytest.mark.parametrize("vehicle", ["bebop2", "sih_quadx", "x500"])
 def test_every_shipped_vehicle_is_named_as_its_file_and_has_a_controller(vehicle):
     assert load(overrides={"vehicle": vehicle}).vehicle.name == vehicle
+
+
+@pytest.mark.parametrize("name", ["pid-l1", "lqr-l1", "mpc-pid", "pid", "pid-l1-error"])
+def test_a_shipped_baseline_says_by_which_command_its_gains_were_found(name):
+    config = load_flight(None, {"controller": name}, {})
+    assert "companion tune" in config.controller.source
+
+
+@pytest.mark.parametrize("name", ["pid-l1", "lqr-l1", "l1", "pid-l1-error"])
+def test_all_frameworks_over_l1_have_the_same_l1_controller(name):
+    own = load_flight(None, {}, {}).controller.l1
+    assert load_flight(None, {"controller": name}, {}).controller.l1 == own

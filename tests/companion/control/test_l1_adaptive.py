@@ -64,7 +64,7 @@ def test_two_steps_under_a_constant_velocity_equal_one_of_their_sum(first, secon
     y = np.full(3, velocity)
     one, _ = l1_adaptive.step(GAINS, start, y, y, y, (first + second) * 1e-3)
     half, _ = l1_adaptive.step(GAINS, start, y, y, y, first * 1e-3)
-    held = l1_adaptive.with_applied(half, start.applied_u)
+    held = l1_adaptive.with_applied(GAINS, half, start.applied_u)
     two, _ = l1_adaptive.step(GAINS, held, y, y, y, second * 1e-3)
     np.testing.assert_allclose(two.predictor[:, 0], one.predictor[:, 0], atol=1e-9)
     np.testing.assert_allclose(two.sigma_hat, one.sigma_hat, atol=1e-7)
@@ -118,7 +118,7 @@ def test_projection_says_that_it_acts_and_lets_go_again():
     for _ in range(200):
         velocity = velocity + 0.2
         memory, record = l1_adaptive.step(GAINS, memory, velocity, np.zeros(3), velocity, 0.01)
-        memory = l1_adaptive.with_applied(memory, np.zeros(3))
+        memory = l1_adaptive.with_applied(GAINS, memory, np.zeros(3))
         acted = acted or record.projecting
     assert acted
     assert memory.sigma_hat[0] > 7.0
@@ -126,7 +126,7 @@ def test_projection_says_that_it_acts_and_lets_go_again():
         memory, record = l1_adaptive.step(
             GAINS, memory, np.zeros(3), np.zeros(3), np.zeros(3), 0.01
         )
-        memory = l1_adaptive.with_applied(memory, np.zeros(3))
+        memory = l1_adaptive.with_applied(GAINS, memory, np.zeros(3))
     assert not record.projecting
     assert abs(memory.sigma_hat[0]) < 1.0
 
@@ -144,7 +144,7 @@ def test_the_exact_step_stays_calm_where_explicit_euler_diverges():
     memory = l1_adaptive.start(GAINS, np.zeros(3), np.zeros(3))
     y_hat, sigma = 0.0, 0.0
     for _ in range(200):
-        memory = l1_adaptive.with_applied(memory, np.zeros(3))
+        memory = l1_adaptive.with_applied(GAINS, memory, np.zeros(3))
         memory, _ = l1_adaptive.step(gains, memory, np.zeros(3), np.zeros(3), np.full(3, 0.1), dt)
         y_hat, sigma = euler_step(gains, y_hat, sigma, 0.0, 0.1, dt)
         y_hat, sigma = float(np.clip(y_hat, -1e9, 1e9)), float(np.clip(sigma, -1e9, 1e9))
@@ -207,7 +207,7 @@ def test_a_general_law_starts_without_a_bump_and_takes_what_was_applied():
     memory, record = l1_adaptive.step(gains, memory, r2, np.zeros(1), velocity, 0.01)
     np.testing.assert_allclose(record.u, u, atol=1e-9)
     np.testing.assert_allclose(record.y_tilde_m_s, 0.0, atol=1e-9)
-    held = l1_adaptive.with_applied(memory, np.array([0.02]))
+    held = l1_adaptive.with_applied(gains, memory, np.array([0.02]))
     assert held.low_pass[0, 0] == held.applied_u[0] == 0.02
 
 
@@ -244,3 +244,18 @@ def test_the_euler_step_can_be_chosen_and_is_the_textbook_one():
     )
     after, _ = l1_adaptive.step(gains, memory, np.zeros(3), np.zeros(3), np.full(3, 0.9), 0.01)
     np.testing.assert_allclose((after.predictor[0, 0], after.sigma_hat[0]), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("low_pass", [first_order(2.0), SECOND_ORDER_C])
+def test_u_leaves_a_limit_as_soon_as_the_law_wants_it_whatever_the_order_of_the_filter(low_pass):
+    """Two seconds at a limit of 0.5 under a demand far beyond it, then the opposite."""
+    gains = L1Gains((first_order(0.5),), (low_pass,), (1.0,), (300.0,), (8.0,))
+    memory = l1_adaptive.start(gains, np.zeros(1), np.zeros(1))
+    zero, waited = np.zeros(1), 0
+    for k in range(400):
+        wanted = np.array([30.0 if k < 200 else -30.0])
+        memory, record = l1_adaptive.step(gains, memory, wanted, zero, zero, 0.01)
+        applied = np.clip(record.u, -0.5, 0.5)
+        memory = l1_adaptive.with_applied(gains, memory, applied)
+        waited += k >= 200 and applied[0] >= 0.5
+    assert waited <= 5

@@ -4,6 +4,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -88,12 +89,13 @@ def test_a_key_follows_a_files_content_and_not_its_place(tmp_path):
     assert replace(TASK, controller=str(path)).key != keys[0]
 
 
-@pytest.mark.parametrize("field", ["wind", "trajectory", "shim_vehicle"])
+@pytest.mark.parametrize("field", ["wind", "trajectory", "shim_vehicle", "sensors"])
 def test_a_key_follows_the_content_of_the_other_files(tmp_path, field):
     shipped = {
         "wind": configs_folder() / "scenarios" / "gusts.yaml",
         "trajectory": configs_folder() / "trajectories" / "slalom.csv",
         "shim_vehicle": configs_folder() / "vehicles" / "bebop2.yaml",
+        "sensors": Path("sitl_shim/sensors/profiles/exact.yaml"),
     }[field]
     path = tmp_path / shipped.name
     shutil.copy(shipped, path)

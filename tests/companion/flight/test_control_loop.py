@@ -233,3 +233,27 @@ def test_unreachable_references_keep_the_command_within_the_tilt_limit(loop):
     outputs = fly(loop, 10.0, 11.0)[1:]
     assert max(tilt_deg(o) for o in outputs) <= CONFIG.vehicle.tilt_limit_deg + 0.1
     assert max(tilt_deg(o) for o in outputs) > 5.0
+
+
+def test_outside_the_geofence_the_vehicle_is_levelled_and_handed_over(loop):
+    """Whatever the outer controller is: not all of them know the fence."""
+    engage(loop, 0.9)
+    far = CONFIG.mission.geofence.high_m[0] + 0.6
+    outputs = []
+    for k in range(1, 150):
+        state = replace(state_at(1.0 + k * STEP_S), position_enu_m=(far, 0.0, 2.0))
+        outputs.append(loop.on_sample(state, 0.03))
+    assert outputs[0].rung is Rung.LEVEL
+    assert "0.6 m outside the geofence" in outputs[0].reason
+    assert tilt_cosine(outputs[0].attitude_flu_to_enu) == pytest.approx(1.0)
+    assert outputs[-1].rung is Rung.HAND_OVER
+    assert outputs[-1].attitude_flu_to_enu is None
+
+
+def test_a_little_outside_the_geofence_is_flown_on(loop):
+    """The MPC's bound is soft."""
+    engage(loop, 0.9)
+    near = CONFIG.mission.geofence.high_m[0] + 0.3
+    for k in range(1, 20):
+        state = replace(state_at(1.0 + k * STEP_S), position_enu_m=(near, 0.0, 2.0))
+        assert loop.on_sample(state, 0.03).rung is Rung.TRACK

@@ -71,7 +71,7 @@ def test_no_disturbance_within_the_inputs_brings_the_estimation_error_over_gamma
         x[-1] = sigma
         x = advance @ x
         memory, record = l1_adaptive.step(gains, memory, zero, zero, x[:1], step_s)
-        memory = l1_adaptive.with_applied(memory, zero)
+        memory = l1_adaptive.with_applied(gains, memory, zero)
         largest = max(largest, abs(float(record.y_tilde_m_s[0])))
     limit = gamma_0(model, gamma, bound, delta_d)
     assert limit is not None
