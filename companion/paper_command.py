@@ -1,11 +1,13 @@
 """What ``companion paper`` does: fly the study, judge the claims, draw, write, tell."""
 
+import math
 import sys
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from companion.experiments.paper.claims import judge_claims
@@ -13,7 +15,7 @@ from companion.experiments.paper.export import write_results
 from companion.experiments.paper.report import draw_figures, need_report_libraries, write_report
 from companion.experiments.paper.results import Claim, PaperResults
 from companion.experiments.paper.scale import FULL, QUICK
-from companion.experiments.paper.statistics import Spread
+from companion.experiments.paper.statistics import millimetres
 from companion.experiments.paper.study import run_study
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.workers import default_jobs
@@ -87,16 +89,10 @@ def _errors_table(results: PaperResults) -> Table:
     table.add_column("slew, g/s", justify="right")
     for controller, by_wind in errors.items():
         for wind, e in by_wind.items():
-            cells = [_figure(s) for s in (*e.by_trajectory.values(), e.mean)]
-            table.add_row(controller, wind, *cells, f"{e.tilt_slew_g_s.mean:.2f}")
+            cells = [millimetres(s) for s in (*e.by_trajectory.values(), e.mean)]
+            slew = e.tilt_slew_g_s.mean
+            table.add_row(controller, wind, *cells, f"{slew:.2f}" if math.isfinite(slew) else "–")
     return table
-
-
-def _figure(spread: Spread) -> str:
-    if spread.lost:
-        return f"{spread.lost} lost"
-    text = f"{spread.mean * 1e3:.1f}"
-    return text if spread.seeds < 2 else f"{text} ± {spread.std * 1e3:.1f}"
 
 
 def _claims_table(claims: tuple[Claim, ...]) -> Table:
@@ -105,5 +101,5 @@ def _claims_table(claims: tuple[Claim, ...]) -> Table:
     table.add_column("claim")
     for claim in claims:
         colour = _COLOURS.get(claim.verdict, "white")
-        table.add_row(f"[{colour}]{claim.verdict}[/]", claim.quote)
+        table.add_row(f"[{colour}]{claim.verdict}[/]", escape(claim.quote))
     return table

@@ -1,7 +1,7 @@
 """`report.html`: the study on one page that needs nothing but itself."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -14,20 +14,26 @@ from companion.experiments.paper.headline import MeanError, mean_errors, verdict
 from companion.experiments.paper.inline_svg import colour_rules, inline_svg
 from companion.experiments.paper.results import Claim, PaperResults, Verdict
 from companion.experiments.paper.scale import TRAJECTORIES, VEHICLE
-from companion.experiments.paper.statistics import Spread
+from companion.experiments.paper.statistics import millimetres
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 
 __all__ = ["NAME", "DrawnFigure", "draw_figures", "need_report_libraries", "write_report"]
 
 NAME = "report.html"
 _TEMPLATE = "report.html.j2"
-_MM = 1e3
 _SIGNS: dict[Verdict, str] = {
     "reproduced": "✓",
     "partly": "◐",
     "not reproduced": "✗",
     "not tested": "–",
 }
+_SUMMARISED = (
+    {"mpc-pid": "MPC-PID by the paper's recipe", "mpc-pid-joint": "MPC-PID tuned as a whole"},
+    {"pid-l1": "PID-L1", "lqr-l1": "LQR-L1"},
+)
+"""Controllers of the summary in its order, by clause."""
+_CHATTERS = 2.0
+"""Times the tilt slew of MPC-L1."""
 
 
 def need_report_libraries() -> None:
@@ -62,7 +68,7 @@ def write_report(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"mm": _millimetres, "times": _times, "slew": _slew, "name": name_of}
+    environment.filters |= {"mm": millimetres, "times": _times, "slew": _slew, "name": name_of}
     page = environment.get_template(_TEMPLATE).render(_context(results, claims, figures, folder))
     path = folder / NAME
     path.write_text(page, encoding="utf-8")
@@ -88,7 +94,7 @@ def _context(
         "seeds": seeds_text(results.scale.seeds),
         "vehicle": VEHICLE,
         "provenance": results.provenance,
-        "summary": _summary(errors),
+        "summary": _summary(results, errors),
         "counts": verdict_counts(claims),
         "signs": _SIGNS,
         "claims": claims,
@@ -115,38 +121,59 @@ def _figure(figure: DrawnFigure, folder: Path) -> dict[str, str]:
     }
 
 
-def _summary(errors: Sequence[MeanError]) -> str:
+def _summary(results: PaperResults, errors: Sequence[MeanError]) -> str:
     own, others = errors[0], {one.controller: one for one in errors[1:]}
     if not math.isfinite(own.calm.mean):
         return "MPC-L1 did not fly all five trajectories to their end in calm air."
     text = (
-        f"MPC-L1 flies the five trajectories with a mean error of {_millimetres(own.calm)} mm in "
-        f"calm air and {_millimetres(own.fan)} mm with the fan "
-        f"({_times(own.fan_over_calm)} the calm one)."
+        "MPC-L1 flies the five trajectories with a mean error of "
+        f"{millimetres(own.calm, ' mm')} in calm air"
     )
-    shown = [others[name] for name in ("pid-l1", "lqr-l1", "mpc-pid") if name in others]
+    if math.isfinite(own.fan.mean):
+        text += f" and {millimetres(own.fan, ' mm')} with the fan"
+        text += f" ({_times(own.fan_over_calm)} the calm one)."
+    else:
+        text += "; with the fan it did not fly all five to their end."
     for wind, ratios in (
-        ("In calm air", [one.calm_over_mpc_l1 for one in shown]),
-        ("With the fan", [one.fan_over_mpc_l1 for one in shown]),
+        ("In calm air", {name: one.calm_over_mpc_l1 for name, one in others.items()}),
+        ("With the fan", {name: one.fan_over_mpc_l1 for name, one in others.items()}),
     ):
-        parts = [
-            f"{name_of(one.controller)} makes {_times(ratio)}"
-            for one, ratio in zip(shown, ratios, strict=True)
-            if math.isfinite(ratio)
-        ]
-        if parts:
-            text += f" {wind}, {', '.join(parts)} its error."
-    return text
+        clauses = [_clause(names, ratios) for names in _SUMMARISED]
+        if any(clauses):
+            text += f" {wind}, {'; '.join(clause for clause in clauses if clause)}."
+    return text + _chatter(results)
 
 
-def _millimetres(spread: Spread) -> str:
-    """Mean ± spread, or how many were lost."""
-    if spread.lost:
-        return "lost" if spread.seeds == 1 else f"lost {spread.lost} of {spread.seeds}"
-    if not math.isfinite(spread.mean):
-        return "–"
-    text = f"{spread.mean * _MM:.1f}"
-    return f"{text} ± {spread.std * _MM:.1f}" if math.isfinite(spread.std) else text
+def _clause(names: Mapping[str, str], ratios: Mapping[str, float]) -> str:
+    """Like "A makes 2 ×, B 3 × its error", of those that came to the end."""
+    shown = [
+        (told, _times(ratios[name]))
+        for name, told in names.items()
+        if math.isfinite(ratios.get(name, math.nan))
+    ]
+    if not shown:
+        return ""
+    (first, ratio), *rest = shown
+    # What they have in common is said once.
+    shorter = [(told.removeprefix("MPC-PID "), times) for told, times in rest]
+    said = [f"{first} makes {ratio}", *(f"{told} {times}" for told, times in shorter)]
+    return f"{', '.join(said)} its error"
+
+
+def _chatter(results: PaperResults) -> str:
+    """What the errors do not show of an MPC-PID near instability, when its flights do."""
+    by_name = results.tracking.errors
+    own, paper = (by_name[name]["calm"].tilt_slew_g_s.mean for name in ("mpc-l1", "mpc-pid"))
+    if not (math.isfinite(own) and math.isfinite(paper) and paper >= _CHATTERS * own):
+        return ""
+    text = (
+        " MPC-PID by the paper's recipe chatters, as a loop near instability does: its tilt "
+        f"command moves at {_slew(paper)} g/s rms in calm air, that of MPC-L1 at {_slew(own)} g/s"
+    )
+    joint = by_name["mpc-pid-joint"]["calm"].tilt_slew_g_s.mean
+    if math.isfinite(joint):
+        text += f", that of MPC-PID tuned as a whole at {_slew(joint)} g/s"
+    return text + "."
 
 
 def _slew(value_g_s: float) -> str:

@@ -59,7 +59,7 @@ NAMES = {
     "lqr-l1": "LQR-L1",
     "l1": "L1 alone",
     "pid-l1-error": "PID-L1, D on the error",
-    "mpc-pid-joint": "MPC-PID, tuned jointly",
+    "mpc-pid-joint": "MPC-PID, tuned as a whole",
 }
 """Of a controller, for a person."""
 

@@ -1,7 +1,9 @@
 """report.html: everything is on it, it needs nothing but itself, and it is sound HTML."""
 
 import html
+import math
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -12,6 +14,7 @@ from companion.experiments.paper.figures.style import DARK, INK
 from companion.experiments.paper.inline_svg import inline_svg
 from companion.experiments.paper.report import write_report
 from companion.experiments.paper.scale import FULL, QUICK
+from companion.experiments.paper.statistics import lost_text, millimetres, spread
 from tests.companion.experiments.paper.factory import make_claims, make_results, with_losses
 
 _VOID = {"meta", "link", "br", "hr", "img", "input", "col", "source", "wbr"}
@@ -132,6 +135,36 @@ def test_the_summary_gives_the_means_and_their_ratios(page):
     own, pid = errors["mpc-l1"]["calm"].mean, errors["pid-l1"]["calm"].mean
     assert f"{own.mean * 1e3:.1f} ± {own.std * 1e3:.1f} mm in calm air" in text
     assert f"PID-L1 makes {pid.mean / own.mean:.0f}\u00a0×" in text
+    recipe, whole = (
+        errors[name]["fan"].mean.mean / errors["mpc-l1"]["fan"].mean.mean
+        for name in ("mpc-pid", "mpc-pid-joint")
+    )
+    assert (
+        f"With the fan, MPC-PID by the paper's recipe makes {recipe:.2f}\u00a0×, "
+        f"tuned as a whole {whole:.2f}\u00a0× its error; PID-L1 makes"
+    ) in text
+
+
+def test_the_summary_tells_of_a_recipe_that_chatters_and_else_does_not(study, tmp_path):
+    assert "chatters, as" not in study[1]
+    results = make_results(QUICK)
+    errors = {c: dict(by_wind) for c, by_wind in results.tracking.errors.items()}
+    errors["mpc-pid"]["calm"] = replace(errors["mpc-pid"]["calm"], tilt_slew_g_s=spread([4.1]))
+    results = replace(results, tracking=replace(results.tracking, errors=errors))
+    text = write_report(results, make_claims(), [], tmp_path).read_text(encoding="utf-8")
+    assert "tilt command moves at 4.10 g/s rms in calm air, that of MPC-L1 at 0.40 g/s" in text
+
+
+def test_the_summary_leaves_out_who_was_lost(tmp_path):
+    results = make_results(QUICK)
+    errors = {c: dict(by_wind) for c, by_wind in results.tracking.errors.items()}
+    errors["mpc-pid"]["calm"] = replace(errors["mpc-pid"]["calm"], mean=spread([math.inf]))
+    errors["mpc-l1"]["fan"] = replace(errors["mpc-l1"]["fan"], mean=spread([math.inf]))
+    results = replace(results, tracking=replace(results.tracking, errors=errors))
+    text = write_report(results, make_claims(), [], tmp_path).read_text(encoding="utf-8")
+    assert "In calm air, MPC-PID tuned as a whole makes" in text
+    assert "with the fan it did not fly all five to their end." in text
+    assert "With the fan, MPC-PID" not in text
 
 
 def test_the_table_of_errors_has_every_cell(page):
@@ -140,6 +173,30 @@ def test_the_table_of_errors_has_every_cell(page):
         for errors in by_wind.values():
             for cell in (*errors.by_trajectory.values(), errors.mean):
                 assert f"{cell.mean * 1e3:.1f} ± {cell.std * 1e3:.1f}" in text
+
+
+def test_the_table_of_errors_has_a_row_group_for_each_controller(study):
+    table = study[1][study[1].index('<table class="figures many">') :]
+    groups = re.findall(r"<tbody>(.*?)</tbody>", table[: table.index("</table>")], re.DOTALL)
+    assert len(groups) == len(make_results(FULL).tracking.errors)
+    for group in groups:
+        assert group.count('<th scope="rowgroup" rowspan="2">') == 1
+        assert re.findall(r'<th scope="row">([a-z]+)</th>', group) == ["calm", "fan"]
+
+
+def test_whatever_scrolls_is_reached_by_keys_and_has_a_name(page):
+    for kind in ("wide", "drawing"):
+        boxes = [a for tag, a in page.tags if tag == "div" and a.get("class") == kind]
+        assert boxes
+        for box in boxes:
+            assert box["tabindex"] == "0"
+            assert box["role"] in ("region", "group")
+            assert box.get("aria-label") or box["aria-labelledby"] in page.ids
+
+
+def test_tables_stay_tables_on_a_small_screen(study):
+    rules = re.findall(r"([^{}]*)\{[^{}]*display:\s*block", study[1][: study[1].index("</style>")])
+    assert not any(re.search(r"\b(t[dhr]|tbody|table)\b|claims", rule) for rule in rules)
 
 
 def test_it_says_where_it_comes_from(page):
@@ -161,6 +218,14 @@ def test_one_seed_claims_no_spread(lost):
     assert "no spread is claimed" in lost
     table = lost[lost.index('id="errors"') : lost.index('id="figures"')]
     assert "±" not in table
+
+
+def test_a_spread_is_told_with_what_is_known_of_it():
+    assert millimetres(spread([0.02, 0.03])) == "25.0 ± 7.1"
+    assert millimetres(spread([0.02]), " mm") == "20.0 mm"
+    assert millimetres(spread([0.02, math.inf, 0.03]), " mm") == "lost 1 of 3"
+    assert millimetres(spread([math.nan])) == "lost"
+    assert lost_text(spread([])) == "–"
 
 
 def test_colours_of_the_figures_follow_the_page(study):
