@@ -3,8 +3,12 @@
 Two things are looked at: predictor and adaptation law by themselves, as they are discretised, and
 the whole sampled loop.  Explicit Euler of ``ŷ' = -m ŷ + m σ̂, σ̂' = -Γ ŷ`` has the matrix
 ``[[1 - m h, m h], [-Γ h, 1]]`` of determinant ``1 - m h (1 - Γ h)``: stable only for Γ h < 1.  The
-exact step has no such limit; but its mode, of frequency √(mΓ) and damping √(m/Γ)/2, must be slower
-than half the sampling frequency, or the samples do not hold it.
+exact step has no such limit by itself; but its mode, of frequency √(mΓ) and damping √(m/Γ)/2, must
+be slower than half the sampling frequency, or the samples do not hold it.
+
+Long before it comes to that the mode amplifies the measurement's noise.  Safe is therefore less
+than stable: the rule of thumb is to sample ten times as fast as the mode, both read as angular
+frequencies, ``10 √(mΓ) ≤ 2π / h``.
 """
 
 from collections.abc import Callable
@@ -27,6 +31,10 @@ _STEP = 1.5
 _LOWEST = 1e-2
 _LARGEST_MULTIPLE = 1e4
 _FINE_STEP = 1.1
+_SAMPLES_PER_TURN = 10.0
+"""Of the adaptation mode, at the upper end of what is called safe."""
+_UNREACHED = 1e100
+"""A projection's bound that plays no part, and whose square is a number."""
 _SEARCHED = 58
 """Steps either way from an unstable Γ: a factor of 250."""
 
@@ -40,6 +48,8 @@ class GammaRange:
     high: Array
     reasons: tuple[UpperReason, ...]
     """What limits the upper end: the loop as a whole, explicit Euler, or the sampling."""
+    safe: Array
+    """Largest rate that is sampled ten times a turn of its mode, or `high` where that is lower."""
 
 
 def with_gamma(gains: L1Gains, gamma: Array) -> L1Gains:
@@ -47,8 +57,20 @@ def with_gamma(gains: L1Gains, gamma: Array) -> L1Gains:
     return replace(gains, gamma=tuple(float(value) for value in gamma))
 
 
+def unprojected(gains: L1Gains) -> L1Gains:
+    """The gains with a projection that never acts: what is linear is looked at.
+
+    A small ỹ makes an oscillation of σ̂ that is √(Γ/m) times as large.
+    """
+    return replace(gains, sigma_bound=(_UNREACHED,) * len(gains.gamma))
+
+
 def adaptation_radii(gains: L1Gains, sample_s: float) -> Array:
-    """(axes,) spectral radii of predictor and adaptation law by themselves, as implemented."""
+    """(axes,) spectral radii of predictor and adaptation law by themselves, as implemented.
+
+    Infinite where the step's matrix is beyond the range of numbers.
+    """
+    gains = unprojected(gains)
     axes = len(gains.gamma)
     still = np.zeros(axes)
     rest = l1_adaptive.start(gains, still, still)
@@ -58,10 +80,13 @@ def adaptation_radii(gains: L1Gains, sample_s: float) -> Array:
         start = np.zeros((axes, order + 1))
         start[:, k] = 1e-4
         memory = replace(rest, predictor=start[:, :order], sigma_hat=start[:, order])
-        after, _ = l1_adaptive.step(gains, memory, still, still, still, sample_s)
-        columns.append(np.column_stack([after.predictor, after.sigma_hat]) / 1e-4)
-    radii: Array = np.abs(np.linalg.eigvals(np.stack(columns, axis=2))).max(axis=1)
-    return radii
+        with np.errstate(over="ignore", invalid="ignore"):
+            after, _ = l1_adaptive.step(gains, memory, still, still, still, sample_s)
+            columns.append(np.column_stack([after.predictor, after.sigma_hat]) / 1e-4)
+    matrices = np.stack(columns, axis=2)
+    finite = np.array([np.isfinite(matrix).all() for matrix in matrices])
+    matrices[~finite] = 0.0
+    return np.where(finite, np.abs(np.linalg.eigvals(matrices)).max(axis=1), np.inf)
 
 
 def sampling_limit(model: TransferFunction, sample_s: float) -> float:
@@ -73,17 +98,25 @@ def sampling_limit(model: TransferFunction, sample_s: float) -> float:
     return (np.pi / sample_s) ** 2 / b
 
 
-def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
-    """The range of Γ in which the sampled loop is stable, with and without the outer controller.
+def well_sampled_limit(model: TransferFunction, sample_s: float) -> float:
+    """Γ at which ten times the adaptation mode's √(bΓ) is the sampling frequency in rad/s."""
+    return sampling_limit(model, sample_s) * (2.0 / _SAMPLES_PER_TURN) ** 2
 
-    The range around the chosen Γ; where the loop is unstable with that one, the range around the
-    stable one that is nearest to it.
+
+def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
+    """The range of Γ in which the sampled loop is stable, and how much of it is safe.
+
+    Stable is meant with the outer controller and without. The range around the chosen Γ, or around
+    the largest that the samples hold where the chosen one is beyond it; where the loop is unstable
+    with that one, the range around the stable one that is nearest to it.
 
     Args:
         loop: with the L1 controller of these gains inside.
         gains: the gains.
     """
     axes = len(gains.gamma)
+    gains = unprojected(gains)
+    limits = np.array([sampling_limit(m, loop.sample_s) for m in gains.reference_model])
 
     def radii(gamma: Array) -> Array:
         other = with_gamma(gains, gamma)
@@ -95,15 +128,14 @@ def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
         return np.maximum(own, np.maximum(whole, held))
 
     own_limit = 1.0 / loop.sample_s if gains.discretisation == "euler" else np.inf
-    base, stable = _nearest_stable(radii, np.array(gains.gamma), own_limit)
+    base, stable = _nearest_stable(radii, np.array(gains.gamma), own_limit, limits)
     count = int(np.log(float(base.max()) / _LOWEST) / np.log(_STEP))
     falling = _STEP ** -np.arange(0.0, count)
     rising = _STEP ** np.arange(0.0, np.log(_LARGEST_MULTIPLE) / np.log(_STEP))
     low = base * first_unstable(lambda k: radii(base * k), falling, axes, 0.0)
     high = base * first_unstable(lambda k: radii(base * k), rising, axes, np.inf)
     reasons: list[UpperReason] = []
-    for i, model in enumerate(gains.reference_model):
-        limit = sampling_limit(model, loop.sample_s)
+    for i, limit in enumerate(limits):
         reason: UpperReason = "whole loop"
         if high[i] >= limit:
             high[i], reason = limit, "nyquist"
@@ -111,21 +143,28 @@ def safe_gamma(loop: SampledLoop, gains: L1Gains) -> GammaRange:
             reason = "euler"
         reasons.append(reason)
     nothing = np.full(axes, np.nan)
+    stable &= low < high
+    well = np.array([well_sampled_limit(m, loop.sample_s) for m in gains.reference_model])
     return GammaRange(
-        np.where(stable, low, nothing), np.where(stable, high, nothing), tuple(reasons)
+        low=np.where(stable, low, nothing),
+        high=np.where(stable, high, nothing),
+        reasons=tuple(reasons),
+        safe=np.where(stable, np.minimum(high, well), nothing),
     )
 
 
 def _nearest_stable(
-    radii: Callable[[Array], Array], chosen: Array, own_limit: float
+    radii: Callable[[Array], Array], chosen: Array, own_limit: float, limits: Array
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Stable rates near the chosen ones, and whether there are any, (axes,) each.
+    """Stable rates near the chosen ones, up to the limits, and whether there are any, (axes,) each.
 
-    Just below the law's own limit is looked at first: the range below it may be narrow.
+    Where the law has a limit of its own, looking begins just below it: the range may be narrow.
     """
     steps = [_FINE_STEP ** (sign * k) for k in range(1, _SEARCHED + 1) for sign in (-1.0, 1.0)]
-    candidates = [chosen, np.minimum(chosen, 0.98 * own_limit), *(chosen * k for k in steps)]
-    base, stable = chosen.copy(), np.zeros(len(chosen), dtype=np.bool_)
+    limits = np.minimum(limits, 0.98 * own_limit)
+    start = np.minimum(chosen, limits)
+    candidates = [start, *(np.minimum(start * k, limits) for k in steps)]
+    base, stable = start.copy(), np.zeros(len(chosen), dtype=np.bool_)
     for candidate in candidates:
         better = ~stable & (radii(np.where(stable, base, candidate)) < 1.0)
         base = np.where(better, candidate, base)

@@ -11,7 +11,13 @@ from companion.control.reference_model import Array
 from companion.control.thrust import GRAVITY_M_S2
 from companion.control.transfer_function import TransferFunction
 from companion.theory import bounds, norms
-from companion.theory.adaptation_rate import GammaRange, adaptation_radii, safe_gamma
+from companion.theory.adaptation_rate import (
+    GammaRange,
+    adaptation_radii,
+    safe_gamma,
+    sampling_limit,
+    unprojected,
+)
 from companion.theory.conditions import Condition, Findings, conditions
 from companion.theory.envelope import (
     Air,
@@ -28,6 +34,8 @@ from companion.theory.sampled_data import PeriodMap, SampledLoop, period_map, sa
 from companion.theory.sampled_noise import NoiseGains, noise_gains
 
 AXES = ("x", "y", "z")
+_LARGEST_RADIUS = 1e6
+"""Of a step of the adaptation law, with which a loop around it is still reckoned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +73,7 @@ class AxisCertificate:
     poles: ComplexArray
     """Of H, 1/s, with a Padé approximation of the delay; the slowest first."""
     norm_g: L1Norm | None
-    """‖G‖; None while H is unstable, as the next."""
+    """‖G‖; None while H is unstable, or its list of poles has no decay; so the next."""
     norm_ch_over_m: L1Norm | None
     norm_behind: L1Norm | None
     """As ‖G‖, with the drag where it acts in truth: behind the attitude; None for z."""
@@ -88,8 +96,11 @@ class AxisCertificate:
     noise_to_u: float
     """The same of u, in its unit per m/s."""
     gamma_low: float
+    """Ends of the stable range; not a number where there is none."""
     gamma_high: float
     gamma_high_reason: str
+    gamma_safe: float
+    """Upper end of the safe part of that range."""
     conditions: tuple[Condition, ...]
 
     @property
@@ -127,8 +138,11 @@ def certify(subject: Subject) -> Certificate:
     """Reckon everything; deterministic, about a second or two.
 
     Raises:
-        ValueError: rates without a common period, or a plant that the tests are not made for.
+        ValueError: rates without a common period, a plant that the tests are not made for, or a Γ
+            with which nothing can be reckoned.
     """
+    radii = adaptation_radii(subject.gains, subject.sample_s)
+    _refuse_beyond_arithmetic(subject, radii)
     inner, whole = inner_loop(subject), whole_loop(subject)
     inner_map, whole_map = period_map(inner), period_map(whole)
     inner_margins, whole_margins = sampled_margins(inner), sampled_margins(whole)
@@ -137,17 +151,28 @@ def certify(subject: Subject) -> Certificate:
         maps=(inner_map, whole_map),
         margins=(inner_margins, whole_margins),
         gamma_range=gamma_range,
-        adaptation_radii=adaptation_radii(subject.gains, subject.sample_s),
+        adaptation_radii=radii,
         noise=noise_gains(whole),
     )
     axes = [_axis(subject, i, facts) for i in range(len(AXES))]
     return Certificate(subject, tuple(axes), whole_map.period_s)
 
 
+def _refuse_beyond_arithmetic(subject: Subject, radii: Array) -> None:
+    for i, radius in enumerate(radii):
+        if radius > _LARGEST_RADIUS:
+            gains = subject.gains
+            raise ValueError(
+                f"l1.gamma: Γ = {gains.gamma[i]:g} on {AXES[i]} is beyond what a step of the law "
+                f"can be reckoned with; {1.0 / subject.sample_s:g} Hz hold a Γ of up to "
+                f"{sampling_limit(gains.reference_model[i], subject.sample_s):.3g}"
+            )
+
+
 def _sampled(subject: Subject, outer: OuterController | None) -> SampledLoop:
     return sampled_loop(
         axis_plants(subject.dynamics),
-        L1Controller(subject.gains),
+        L1Controller(unprojected(subject.gains)),
         outer,
         subject.sample_s,
         subject.dynamics.loop_delay_s,
@@ -212,6 +237,10 @@ def _axis(subject: Subject, i: int, facts: _SampledFacts) -> AxisCertificate:
         gamma_low=float(gamma_range.low[i]),
         gamma_high=float(gamma_range.high[i]),
         gamma_high_reason=gamma_range.reasons[i],
+        gamma_safe=float(gamma_range.safe[i]),
+        gamma_limit=sampling_limit(gains.reference_model[i], subject.sample_s),
+        noise_to_y_tilde=float(facts.noise.y_tilde[i]),
+        noise_to_u=float(facts.noise.u_s_m[i]),
     )
     return AxisCertificate(
         axis=AXES[i],
@@ -228,11 +257,12 @@ def _axis(subject: Subject, i: int, facts: _SampledFacts) -> AxisCertificate:
         slowest=findings.whole_pole,
         inner_margins=_of_axis(facts.margins[0], i),
         whole_margins=_of_axis(facts.margins[1], i),
-        noise_to_y_tilde=float(facts.noise.y_tilde[i]),
-        noise_to_u=float(facts.noise.u_s_m[i]),
+        noise_to_y_tilde=findings.noise_to_y_tilde,
+        noise_to_u=findings.noise_to_u,
         gamma_low=findings.gamma_low,
         gamma_high=findings.gamma_high,
         gamma_high_reason=findings.gamma_high_reason,
+        gamma_safe=findings.gamma_safe,
         conditions=conditions(findings),
     )
 

@@ -106,7 +106,7 @@ def _draw_responses(panel: Axes, axes: list[AxisCertificate]) -> None:
             above = np.flatnonzero(np.abs(norm.response) > 2e-3 * np.abs(norm.response).max())
             longest = max(longest, float(norm.times_s[above[-1]]))
     if longest == 0.0:
-        panel.plot([], [], label="H(s) is unstable: no norms")
+        panel.plot([], [], label="no norms: see ‖G‖ L < 1")
     panel.set(xlim=(0.0, max(1.0, longest)), xlabel="time, s")
     panel.set_title("Impulse responses and their L1 norms", fontsize=9, loc="left")
 

@@ -19,6 +19,8 @@ KINDS = {
     "gamma_1_m_s": "the same, from gamma_0_m_s and the norms",
     "noise": "standard deviations per standard deviation of white noise of the measured velocity, "
     "linear",
+    "gamma_range": "low and high: ends of stability of the sampled loop; safe_high: rule of thumb, "
+    "10 √(mΓ) ≤ 2π f, and stable",
     "margins": "exact for the stated A(s), linear",
 }
 """What is a bound and what is an estimate."""
@@ -109,6 +111,7 @@ def _axis(axis: AxisCertificate) -> dict[str, Any]:
             "low": _finite(axis.gamma_low),
             "high": _finite(axis.gamma_high),
             "high_reason": axis.gamma_high_reason,
+            "safe_high": _finite(axis.gamma_safe),
         },
     }
 

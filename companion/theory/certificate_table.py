@@ -35,11 +35,12 @@ def print_certificate(console: Console, certificate: Certificate, title: str) ->
         console.print(Text(f"fails on {names}: {axis}", style="red"), soft_wrap=True)
     for axis, names in _grouped(certificate, lambda c: c.caution):
         console.print(Text(f"caution on {names}: {axis}", style="yellow"), soft_wrap=True)
-    holds = certificate.holds
-    console.print(
-        Text("certified: every condition holds" if holds else "not certified"),
-        style="bold green" if holds else "bold red",
-    )
+    verdict, style = "not certified", "bold red"
+    if certificate.holds:
+        cautious = any(c.caution for axis in certificate.axes for c in axis.conditions)
+        verdict = "certified: every condition holds" + (", with caution" if cautious else "")
+        style = "bold yellow" if cautious else "bold green"
+    console.print(Text(verdict), style=style)
 
 
 def _conditions(certificate: Certificate) -> Table:
@@ -84,7 +85,8 @@ def _figures(certificate: Certificate) -> Table:
 
 def _rows(certificate: Certificate) -> list[_Row]:
     rate = f"{1.0 / certificate.subject.sample_s:g} Hz"
-    ends = {_UPPER[axis.gamma_high_reason] for axis in certificate.axes}
+    known = [axis for axis in certificate.axes if not math.isnan(axis.gamma_high)]
+    ends = {_UPPER[axis.gamma_high_reason] for axis in known}
     return [
         ("‖G‖", lambda a: _norm(a.norm_g), "value"),
         ("L that it admits", lambda a: _inverse(a.norm_g), "value"),
@@ -110,8 +112,9 @@ def _rows(certificate: Certificate) -> list[_Row]:
         ("noise of ỹ", lambda a: _times(a.noise_to_y_tilde), "of the velocity's"),
         ("noise of u, per m/s", lambda a: _general(a.noise_to_u), "of the velocity's"),
         ("Γ, 1/s²", lambda a: f"{a.loop.gamma:g}", "given"),
-        ("least safe Γ", _low, "unstable below"),
-        ("largest safe Γ", lambda a: _general(a.gamma_high), "; ".join(sorted(ends))),
+        ("least stable Γ", _low, "unstable below"),
+        ("largest safe Γ", _safe, "10 √(mΓ) ≤ 2π f, and stable"),
+        ("largest stable Γ", lambda a: _general(a.gamma_high), "; ".join(sorted(ends))),
     ]
 
 
@@ -147,6 +150,10 @@ def _times(value: float) -> str:
 
 def _low(axis: AxisCertificate) -> str:
     return "none" if axis.gamma_low == 0.0 else _general(axis.gamma_low)
+
+
+def _safe(axis: AxisCertificate) -> str:
+    return "none" if axis.gamma_safe <= axis.gamma_low else _general(axis.gamma_safe)
 
 
 def _continuous_gain(axis: AxisCertificate) -> str:

@@ -49,6 +49,11 @@ class Findings:
     gamma_low: float
     gamma_high: float
     gamma_high_reason: UpperReason
+    gamma_safe: float
+    gamma_limit: float
+    """Where the adaptation mode reaches half the sampling frequency."""
+    noise_to_y_tilde: float
+    noise_to_u: float
 
 
 def conditions(f: Findings) -> tuple[Condition, ...]:
@@ -98,7 +103,14 @@ def _h(f: Findings) -> Condition:
 def _norm(f: Findings) -> Condition:
     name = "‖G‖ L < 1"
     if f.norm_g is None:
-        return Condition(name, False, "no ‖G‖", "H(s) is not stable, so that ‖G‖ is infinite")
+        reason = "H(s) is not stable, so that ‖G‖ is infinite"
+        if f.h_stable:
+            reason = (
+                "H(s) is stable with the exact delay but not with its Padé approximation (pole at "
+                f"{_pole(f.slowest_pole)} 1/s), and without a decay rate ‖G‖ can't be reckoned: "
+                "lower ω, or raise m"
+            )
+        return Condition(name, False, "no ‖G‖", reason)
     product = f.norm_g * f.lipschitz
     found = f"{f.norm_g:.3g} · {f.lipschitz:.3g} = {product:.3g}; L up to {1.0 / f.norm_g:.3g}"
     if product < 1.0:
@@ -139,6 +151,12 @@ def _adaptation(f: Findings) -> Condition:
     reason = f"explicit Euler is stable only for Γ dt < 1, that is Γ < {1.0 / f.sample_s:.4g}"
     if f.discretisation != "euler":
         reason = "predictor and adaptation law are unstable by themselves"
+        if f.gamma > f.gamma_limit:
+            turn = math.pi * math.sqrt(f.gamma / f.gamma_limit)
+            reason = (
+                f"the adaptation mode √(mΓ) turns by {turn:.2g} rad within a sample, at which the "
+                "step's matrix exponential has no precision left"
+            )
     return Condition(name, False, found, reason)
 
 
@@ -167,15 +185,26 @@ def _sampled(name: str, radius: float, pole: complex, f: Findings) -> Condition:
 
 
 def _gamma(f: Findings) -> Condition:
-    name = "Γ in the safe range"
+    name = "Γ in the stable range"
     rate = f"at {1.0 / f.sample_s:g} Hz"
     if math.isnan(f.gamma_low):
-        reason = f"no Γ from {f.gamma / 250.0:.2g} to {f.gamma * 250.0:.2g} is stable {rate}"
+        limit = f.gamma_limit
+        if f.discretisation == "euler":
+            limit = min(limit, 1.0 / f.sample_s)
+        start = min(f.gamma, limit)
+        end = min(250.0 * start, limit)
+        reason = f"no Γ from {start / 250.0:.2g} to {end:.2g} is stable {rate}"
         return Condition(name, False, f"Γ = {f.gamma:g}, no range", reason)
     low = f"{f.gamma_low:.3g} < " if f.gamma_low > 0.0 else ""
-    found = f"Γ = {f.gamma:g}; safe: {low}Γ < {f.gamma_high:.3g}"
+    stable = f"stable: {low}Γ < {f.gamma_high:.3g}"
+    if f.gamma_safe >= f.gamma_high:
+        found = f"Γ = {f.gamma:g}; {stable}, all of it safe"
+    elif f.gamma_safe > f.gamma_low:
+        found = f"Γ = {f.gamma:g}; {stable}, safe to {f.gamma_safe:.3g}"
+    else:
+        found = f"Γ = {f.gamma:g}; {stable}, none of it safe"
     if f.gamma_low < f.gamma < f.gamma_high:
-        return Condition(name, True, found)
+        return Condition(name, True, found, caution=_beyond_safe(f))
     if f.gamma <= f.gamma_low:
         reason = (
             f"with Γ below {f.gamma_low:.3g} the estimate lags behind what the loop needs, and "
@@ -189,6 +218,17 @@ def _gamma(f: Findings) -> Condition:
             "whole loop": f"with Γ above {f.gamma_high:.3g} the loop is unstable {rate}",
         }[f.gamma_high_reason]
     return Condition(name, False, found, reason)
+
+
+def _beyond_safe(f: Findings) -> str:
+    if f.gamma <= f.gamma_safe:
+        return ""
+    return (
+        f"stable but not safe: beyond Γ = {f.gamma_safe:.3g} the mode √(mΓ) is faster than a tenth "
+        "of the sampling frequency (in rad/s), and it amplifies noise: that of the velocity comes "
+        f"{f.noise_to_y_tilde:.3g} × to ỹ, and to u as {f.noise_to_u:.3g} per m/s; lower Γ, or "
+        "sample faster"
+    )
 
 
 def _pole(pole: complex) -> str:

@@ -20,6 +20,7 @@ from companion.control.matrix_exponential import matrix_exponential
 from companion.control.reference_model import Array
 from companion.control.transfer_function import TransferFunction
 from companion.theory.plant import AxisPlant
+from companion.theory.sampled_plant import hold
 
 NEVER_REACHED = 1e9
 """A projection's bound that plays no part."""
@@ -150,33 +151,23 @@ def largest_prediction_errors(
         (NEVER_REACHED,) * n,
         discretisation=discretisation,
     )
-    a, b, _ = plant.rational.state_space()
-    states = len(b)
-    with_position = np.zeros((states + 1, states + 1))
-    with_position[:states, :states] = a
-    with_position[states, 0] = 1.0
-    whole = int(np.floor(plant.delay_s / sample_s + 1e-9))
-    rest_s = max(0.0, plant.delay_s - whole * sample_s)
-    input_column = np.append(b, 0.0)[:, None]
-    first, late = _zero_order_hold(with_position, input_column, rest_s)
-    second, early = _zero_order_hold(with_position, input_column, sample_s - rest_s)
-    advance, late = second @ first, second @ late
+    held = hold(plant, sample_s, 1.0, 0.0)
 
     middles: Array = np.asarray((np.arange(steps) + 0.5) * sample_s, dtype=np.float64)
     d = np.asarray(disturbance(middles), dtype=np.float64)
     noise = np.zeros(steps) if velocity_noise_m_s is None else velocity_noise_m_s
     still = np.zeros(n)
     memory = l1_adaptive.start(gains, still, still)
-    x = np.zeros((n, states + 1))
-    sent = np.zeros((whole + 2, n))
+    x = np.zeros((n, len(held.late)))
+    sent = np.zeros((held.whole + 2, n))
     largest = np.zeros(n)
     for k in range(steps):
         measured = x[:, 0] + noise[k]
-        memory, record = l1_adaptive.step(gains, memory, still, x[:, states], measured, sample_s)
+        memory, record = l1_adaptive.step(gains, memory, still, x[:, -1], measured, sample_s)
         largest = np.maximum(largest, np.abs(record.y_tilde_m_s))
         sent = np.vstack([record.u + d[k], sent[:-1]])
-        x = x @ advance.T + np.outer(sent[whole], early[:, 0])
-        x += np.outer(sent[whole + 1], late[:, 0])
+        x = x @ held.phi.T + np.outer(sent[held.whole], held.early)
+        x += np.outer(sent[held.whole + 1], held.late)
         if np.abs(x).max() > NEVER_REACHED:
             break
     away = np.abs(x[:, 0]) > 1e3 * max(1.0, float(np.abs(d).max()))

@@ -194,7 +194,17 @@ def period_map(loop: SampledLoop) -> PeriodMap:
     """
     run = PeriodRun(loop)
     columns = [run.from_state(basis)[0] / _SMALL for basis in basis_vectors(run)]
-    return PeriodMap(np.stack(columns, axis=2), run.samples * loop.sample_s)
+    matrices = without_unmoved(np.stack(columns, axis=2))
+    return PeriodMap(matrices, run.samples * loop.sample_s)
+
+
+def without_unmoved(matrices: Array) -> Array:
+    """The matrices (axes, states, states) without what nothing moves, and so stays at 0.
+
+    The integral of a PID without an integral gain is an example: it is no mode of the loop.
+    """
+    unmoved = (matrices == np.eye(matrices.shape[1])).all(axis=2)
+    return np.where(unmoved[:, :, None], 0.0, matrices)
 
 
 def basis_vectors(run: PeriodRun) -> list[Array]:

@@ -13,7 +13,13 @@ import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from companion.control.reference_model import Array
-from companion.theory.sampled_data import Outputs, PeriodRun, SampledLoop, basis_vectors
+from companion.theory.sampled_data import (
+    Outputs,
+    PeriodRun,
+    SampledLoop,
+    basis_vectors,
+    without_unmoved,
+)
 
 _SMALL_M_S = 1e-4
 
@@ -36,6 +42,7 @@ def noise_gains(loop: SampledLoop) -> NoiseGains:
     by_state = [(run.from_state(b), float(b.max())) for b in basis_vectors(run)]
     by_noise = [(run.from_noise(k, _SMALL_M_S), _SMALL_M_S) for k in range(run.samples)]
     phi, c = _columns(by_state)
+    phi = without_unmoved(phi)
     b, d = _columns(by_noise)
     axes = len(loop.plants)
     gains = np.full((2, axes), np.nan)

@@ -45,7 +45,8 @@ def test_the_shipped_controllers_are_certified(vehicle):
         assert axis["lipschitz"] < axis["largest_lipschitz"]
         assert 0.0 < axis["gamma_0_m_s"] < axis["gamma_1_m_s"]
         assert axis["whole_radius"] < 1.0
-        assert axis["gamma_range"]["low"] < axis["gains"]["gamma"] < axis["gamma_range"]["high"]
+        ends = axis["gamma_range"]
+        assert ends["low"] < axis["gains"]["gamma"] < ends["safe_high"] < ends["high"]
         whole = axis["margins"]["whole"]
         assert whole["gain_down"] < 1.0 < whole["gain_up"]
         assert whole["delay_s"] > 0.02
@@ -77,6 +78,27 @@ def test_explicit_euler_beyond_its_limit_fails_with_its_reason():
         assert found["discrete adaptation law stable"].endswith(f"euler, Γ dt = {gamma_dt}")
 
 
+def test_a_rate_that_is_stable_but_not_safe_is_certified_with_caution_and_its_noise():
+    arguments = ("mpc-l1", "--set", "controller.l1.gamma=[190000, 190000, 1000]")
+    result = run(*arguments)
+    assert result.exit_code == 0
+    assert "caution on x, y (Γ in the stable range): stable but not safe" in result.stdout
+    record = certificate(*arguments, status=0)
+    x = record["axes"][0]
+    caution = next(c["caution"] for c in x["conditions"] if c["name"] == "Γ in the stable range")
+    assert f"{x['noise']['y_tilde_per_velocity']:.3g} × to ỹ" in caution
+    assert x["noise"]["y_tilde_per_velocity"] > 10.0
+
+
+def test_an_absurd_rate_fails_with_its_reason_and_the_true_range():
+    result = run("mpc-l1", "--set", "controller.l1.gamma=[1e12, 300, 1000]")
+    assert result.exit_code == 1
+    said = "fails on x (Γ in the stable range): the adaptation mode √(mΓ) lies above half the"
+    assert said in result.stdout
+    assert "Γ = 1e+12; stable: 223 < Γ < 1.97e+05" in result.stdout
+    assert "radius 0.9975; exact, Γ dt = 1e+10" in result.stdout
+
+
 def test_a_storm_breaks_the_norm_condition():
     record = certificate("mpc-l1", "--wind", "45", status=1)
     assert "fly slower or in less wind" in failures(record, "x")["‖G‖ L < 1"]
@@ -92,7 +114,9 @@ def test_the_table_says_what_holds_and_the_files_hold_it_all(here):
     result = run("mpc-l1", "--vehicle", "x500", "--out", "found/here")
     assert result.exit_code == 0, result.output
     assert "certified: every condition holds" in result.stdout
-    for line in ("H(s) stable", "‖G‖", "γ0, m/s", "gain margin, whole loop", "least safe Γ"):
+    cautious = "caution on" in result.stdout
+    assert ("every condition holds, with caution" in result.stdout) == cautious
+    for line in ("H(s) stable", "‖G‖", "γ0, m/s", "gain margin, whole loop", "least stable Γ"):
         assert line in result.stdout
     folder = here / "found" / "here"
     assert (folder / "certificate.png").read_bytes().startswith(b"\x89PNG")
@@ -105,7 +129,7 @@ def test_the_table_gives_the_reason_of_a_failure_once_for_axes_that_share_it():
     result = run("mpc-l1", "--set", "controller.l1.gamma=[100, 100, 1000]")
     assert result.exit_code == 1
     assert "not certified" in result.stdout
-    assert result.stdout.count("fails on x, y (Γ in the safe range): with Γ below ") == 1
+    assert result.stdout.count("fails on x, y (Γ in the stable range): with Γ below ") == 1
     assert "the estimate lags behind what the loop needs" in result.stdout
 
 
@@ -166,6 +190,10 @@ def test_a_framework_without_l1_is_none_of_its_business(controller):
         (("mpc-l1", "--wind", "nan"), "--wind nan: give a speed"),
         (("mpc-l1", "--set", "controller.l1.gamma"), "write KEY=VALUE"),
         (("mpc-l1", "--set", "controller.l1.gamma=[0, 1, 1]"), "l1.gamma.0"),
+        (
+            ("mpc-l1", "--set", "controller.l1.gamma=[300, 1e40, 1000]"),
+            "Γ = 1e+40 on y is beyond what a step of the law can be reckoned with",
+        ),
         ((), "Missing argument"),
     ],
 )

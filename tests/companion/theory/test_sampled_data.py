@@ -170,6 +170,16 @@ def test_noise_comes_to_y_tilde_and_u_as_in_a_flight_of_noise_alone(gamma):
     assert found[1] == pytest.approx(foretold.u_s_m, rel=0.12)
 
 
+def test_a_memory_that_nothing_moves_is_no_mode_of_the_loop():
+    """The integral of a PID without an integral gain; noise is told of that loop, too."""
+    gains = first_order_gains((0.5,), (0.2,), (0.75,), (400.0,), (1e9,))
+    loop = sampled_loop((horizontal(),), L1Controller(gains), direct(1), 0.01, 0.0)
+    alone = replace(loop, outer=None)
+    assert period_map(loop).radii == pytest.approx(period_map(alone).radii, abs=1e-12)
+    assert noise_gains(loop).y_tilde == pytest.approx(noise_gains(alone).y_tilde)
+    assert np.isfinite(noise_gains(loop).y_tilde).all()
+
+
 def test_noise_of_an_unstable_loop_is_no_number():
     loop = whole_loop(subject_of(**{"controller.l1.gamma": "[100, 300, 1000]"}))
     assert np.isnan(noise_gains(loop).y_tilde).tolist() == [True, False, False]
@@ -212,10 +222,23 @@ def test_explicit_euler_is_stable_exactly_below_its_limit(m, gamma, sample_s):
 
 
 @LAW
-@given(st.floats(0.1, 20.0), st.floats(1.0, 1e6), st.floats(0.001, 0.05))
-def test_the_exact_step_is_stable_for_every_rate(m, gamma, sample_s):
+@given(st.floats(0.1, 20.0), st.floats(1.0, 1e9), st.floats(0.001, 0.05))
+def test_the_exact_step_is_stable_by_itself_far_beyond_what_samples_hold(m, gamma, sample_s):
     gains = first_order_gains((m,), (0.2,), (1.0,), (gamma,), (1e9,))
     assert adaptation_radii(gains, sample_s)[0] < 1.0
+
+
+@pytest.mark.parametrize("bound", [16.0, 1e9])
+def test_the_radius_of_the_law_does_not_depend_on_the_projection(bound):
+    gains = first_order_gains((0.5,), (0.2,), (1.0,), (1e12,), (bound,))
+    assert adaptation_radii(gains, 0.01)[0] == pytest.approx(math.exp(-0.5 * 0.5 * 0.01), abs=1e-5)
+
+
+def test_a_step_beyond_the_range_of_numbers_has_an_infinite_radius_on_its_axis_alone():
+    gains = first_order_gains((0.5,) * 2, (0.2,) * 2, (1.0,) * 2, (1e300, 300.0), (16.0,) * 2)
+    radii = adaptation_radii(gains, 0.01)
+    assert np.isinf(radii[0])
+    assert radii[1] < 1.0
 
 
 def range_of(subject):
@@ -234,6 +257,25 @@ def test_the_loop_is_unstable_just_below_the_least_safe_rate(vehicle):
         assert (max(radii) < 1.0) == stable
 
 
+def test_safe_ends_where_ten_times_the_mode_is_the_sampling_frequency():
+    subject = subject_of()
+    found = range_of(subject)
+    for i, model in enumerate(subject.gains.reference_model):
+        m = model.denominator[1]
+        assert 10.0 * math.sqrt(m * found.safe[i]) == pytest.approx(2.0 * math.pi * 100.0)
+        assert found.low[i] < subject.gains.gamma[i] < found.safe[i] < found.high[i]
+
+
+@pytest.mark.parametrize("gamma", [1.9e5, 1e12, 1e20])
+def test_the_range_is_the_same_however_far_beyond_it_the_chosen_rate_lies(gamma):
+    subject = subject_of()
+    expected = range_of(subject)
+    found = range_of(replace(subject, gains=replace(subject.gains, gamma=(gamma,) * 3)))
+    assert found.low == pytest.approx(expected.low, rel=1e-3)
+    assert found.high == pytest.approx(expected.high)
+    assert found.safe == pytest.approx(expected.safe)
+
+
 def test_the_upper_end_is_where_half_the_sampling_frequency_is_or_eulers_limit():
     subject = subject_of()
     exact = range_of(subject)
@@ -246,5 +288,6 @@ def test_the_upper_end_is_where_half_the_sampling_frequency_is_or_eulers_limit()
     euler = range_of(replace(subject, gains=gains, sample_s=0.004))
     assert euler.reasons == ("euler",) * 3
     assert euler.high == pytest.approx([250.0] * 3, rel=1e-3)
+    assert (euler.safe == euler.high).all()
     # At 100 Hz what Euler bears at most is less than what the loop needs at least.
     assert np.isnan(range_of(replace(subject, gains=gains)).low[:2]).all()
