@@ -198,7 +198,7 @@ def _gamma(f: Findings) -> Condition:
     low = f"{f.gamma_low:.3g} < " if f.gamma_low > 0.0 else ""
     stable = f"stable: {low}Γ < {f.gamma_high:.3g}"
     if f.gamma_safe >= f.gamma_high:
-        found = f"Γ = {f.gamma:g}; {stable}, all of it safe"
+        found = f"Γ = {f.gamma:g}; {stable}, all of it well sampled"
     elif f.gamma_safe > f.gamma_low:
         found = f"Γ = {f.gamma:g}; {stable}, safe to {f.gamma_safe:.3g}"
     else:
