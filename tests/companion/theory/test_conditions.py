@@ -140,7 +140,8 @@ def test_a_rate_that_is_stable_but_not_safe_is_a_caution_that_names_the_noise():
 
 
 @pytest.mark.parametrize(
-    ("safe", "says"), [(2e5, "< 2e+05, all of it well sampled"), (150.0, "< 2e+05, none of it safe")]
+    ("safe", "says"),
+    [(2e5, "< 2e+05, all of it well sampled"), (150.0, "< 2e+05, none of it safe")],
 )
 def test_all_or_none_of_the_stable_range_may_be_safe(safe, says):
     condition = found("Γ in the stable range", gamma_safe=safe)
