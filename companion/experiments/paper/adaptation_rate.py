@@ -5,10 +5,11 @@ and can be made arbitrarily small."
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from companion.control.inner import L1Controller
 from companion.experiments.flight_task import FlightTask
 from companion.experiments.paper.flights import Flights, scored, vectors
 from companion.experiments.paper.guarantees import Theory
@@ -16,13 +17,12 @@ from companion.experiments.paper.scale import VEHICLE, Scale
 from companion.report.flight_data import Array
 from companion.theory.plant import AxisPlant
 from companion.theory.reference_system import largest_prediction_errors
+from companion.theory.sampled_data import period_map, sampled_loop
 
 CONTROLLER = "l1"
 TRAJECTORY = 4
 SAMPLE_HZ = 250.0
 """The fastest that the vehicle's state comes."""
-_LOST_M_S = 0.5
-"""An ỹ beyond this is no tracking error of a predictor: the loop oscillates."""
 _STEP_SINE = 0.05
 _STEP_SEEN_S = 10.0
 _NOISE_RULES = 2.0
@@ -39,14 +39,13 @@ class AdaptationRate:
     noisy_m_s: Array
     """The same with the vehicle's measurement noise."""
     stable: np.ndarray
-    """(rates,) whether the noise-free loop did not oscillate."""
-    noisy_stable: np.ndarray
-    """The same with noise."""
+    """(rates,) whether the sampled loop is stable by its eigenvalues, in x and y."""
+    fitted: np.ndarray
+    """(rates,) the points of the slope: stable, and sampled at 10 √(mΓ) or faster."""
     slope: float
-    """Of log max |ỹ| (of the horizontal axes, noise-free) over log Γ, where the loop oscillates
-    neither without nor with noise."""
+    """Of log max |ỹ| (of the horizontal axes, noise-free) over log Γ, of the fitted points."""
     slope_all: float
-    """The same over all rates, the oscillating ones too."""
+    """The same over all rates, the unstable ones too."""
     noise_decides_from: float
     """Least stable Γ at which noise more than doubles the horizontal |ỹ|; infinite if none."""
     noise_floor_m_s: float
@@ -84,20 +83,19 @@ def evaluate(flights: Flights, scale: Scale, theory: Theory) -> AdaptationRate:
         for sensors in ("exact", None)
     )
     horizontal, horizontal_noisy = exact[:, :2].max(axis=1), noisy[:, :2].max(axis=1)
-    stable = horizontal < _LOST_M_S
-    noisy_stable = horizontal_noisy < _LOST_M_S
-    clean = stable & noisy_stable
+    stable = np.array([_is_stable(float(gamma), theory) for gamma in gammas])
     m = theory.gains.reference_model[0].denominator[1]
     step = _step_on_the_ideal_plant(gammas, theory, m)
-    decides = clean & (horizontal_noisy > _NOISE_RULES * horizontal)
+    decides = stable & (horizontal_noisy > _NOISE_RULES * horizontal)
     sampled = 10.0 * np.sqrt(m * gammas) <= SAMPLE_HZ
+    fitted = stable & sampled
     return AdaptationRate(
         gammas,
         exact,
         noisy,
         stable,
-        noisy_stable,
-        slope=log_slope(gammas[clean], horizontal[clean]),
+        fitted,
+        slope=log_slope(gammas[fitted], horizontal[fitted]),
         slope_all=log_slope(gammas, horizontal),
         noise_decides_from=float(gammas[decides].min()) if decides.any() else math.inf,
         noise_floor_m_s=float(horizontal_noisy.min()),
@@ -105,6 +103,14 @@ def evaluate(flights: Flights, scale: Scale, theory: Theory) -> AdaptationRate:
         step_model_m_s=step,
         step_model_slope=log_slope(gammas, step),
     )
+
+
+def _is_stable(gamma: float, theory: Theory) -> bool:
+    """Whether L1 and its position loop, as implemented and sampled here, are stable in x and y."""
+    rates = tuple(gamma for _ in theory.gains.gamma)
+    inner = L1Controller(replace(theory.gains, gamma=rates))
+    loop = sampled_loop(theory.plants, inner, None, 1.0 / SAMPLE_HZ, theory.loop_delay_s)
+    return bool((period_map(loop).radii[:2] < 1.0).all())
 
 
 def _step_on_the_ideal_plant(gammas: Array, theory: Theory, m: float) -> Array:
@@ -136,7 +142,7 @@ def log_slope(gammas: Array, values: Array) -> float:
 
 def _largest(flights: Flights, task: FlightTask) -> Array:
     table = flights.table(task)
-    if table is None or not table.columns or not scored(table).any():
+    if table is None:
         return np.full(3, np.inf)
     largest: Array = np.nanmax(np.abs(vectors(table, "y_tilde_{}_m_s")[scored(table)]), axis=0)
     return largest

@@ -10,12 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from companion.config.resolve import configs_folder
+from companion.control.l1_adaptive import L1Gains
 from companion.control.reference_model import PositionModel, discretise_position_model
 from companion.experiments.flight_table import FlightTable
 from companion.experiments.flight_task import FlightTask
 from companion.experiments.paper.flights import Flights, vectors
 from companion.experiments.paper.scale import VEHICLE, Scale
 from companion.report.flight_data import Array
+from companion.theory.bounds import gamma_0
 
 HOVER_S = 1.5
 SENSORS = {"exact": "exact", "noisy": None}
@@ -41,6 +43,8 @@ class BoundsFlight:
     """(3,) of the position from the ideal one."""
     mean_distance_m: float
     """Of the position from the ideal one, as a vector."""
+    own_gamma_0_m_s: Array
+    """(3,) γ0 with the flight's own |σ̂| and |σ̂'| in the place of their bounds."""
 
 
 def task(seed: int, sensors: str | None) -> FlightTask:
@@ -54,17 +58,24 @@ def tasks(scale: Scale) -> list[FlightTask]:
     return [task(scale.seeds[0], sensors) for sensors in SENSORS.values()]
 
 
-def evaluate(flights: Flights, scale: Scale, model: PositionModel) -> dict[str, BoundsFlight]:
-    """Figures of the flights, by name; those that could not be flown are left out."""
+def evaluate(
+    flights: Flights, scale: Scale, model: PositionModel, gains: L1Gains
+) -> dict[str, BoundsFlight]:
+    """Figures of the flights, by name; those that were lost are left out.
+
+    Args:
+        flights: of the study.
+        scale: of the study.
+        model: D(s).
+        gains: of the L1 controller.
+    """
     tables = {name: flights.table(task(scale.seeds[0], s)) for name, s in SENSORS.items()}
     return {
-        name: _evaluate(table, model)
-        for name, table in tables.items()
-        if table is not None and table.columns
+        name: _evaluate(table, model, gains) for name, table in tables.items() if table is not None
     }
 
 
-def _evaluate(table: FlightTable, model: PositionModel) -> BoundsFlight:
+def _evaluate(table: FlightTable, model: PositionModel, gains: L1Gains) -> BoundsFlight:
     times = table.columns["time_s"] + HOVER_S
     r2 = vectors(table, "r2_{}_m")
     use = (times >= 0.0) & np.isfinite(r2).all(axis=1)
@@ -72,7 +83,7 @@ def _evaluate(table: FlightTable, model: PositionModel) -> BoundsFlight:
     position = vectors(table, "true_position_{}_m")[use]
     velocity = vectors(table, "true_velocity_{}_m_s")[use]
     y_tilde = vectors(table, "y_tilde_{}_m_s")[use]
-    ideal = _ideal(model, times, r2, position[0], velocity[0])
+    ideal = ideal_response(model, times, r2, position[0], velocity[0])
     distance = np.abs(position - ideal)
     return BoundsFlight(
         times_s=times,
@@ -83,10 +94,25 @@ def _evaluate(table: FlightTable, model: PositionModel) -> BoundsFlight:
         largest_y_tilde_m_s=np.nanmax(np.abs(y_tilde), axis=0),
         largest_distance_m=np.nanmax(distance, axis=0),
         mean_distance_m=float(np.nanmean(np.linalg.norm(distance, axis=1))),
+        own_gamma_0_m_s=_own_gamma_0(times, vectors(table, "sigma_hat_{}")[use], gains),
     )
 
 
-def _ideal(
+def _own_gamma_0(times_s: Array, sigma_hat: Array, gains: L1Gains) -> Array:
+    """γ0 with the largest |σ̂| and |σ̂'| of the flight for Δ and Δ_d: what it needed of them.
+
+    An estimate of the bound: σ̂ stands for σ.
+    """
+    delta = np.nanmax(np.abs(sigma_hat), axis=0)
+    rate = np.nanmax(np.abs(np.diff(sigma_hat, axis=0)) / np.diff(times_s)[:, None], axis=0)
+    bounds = [
+        gamma_0(gains.reference_model[i], gains.gamma[i], float(delta[i]), float(rate[i]))
+        for i in range(3)
+    ]
+    return np.array([np.inf if bound is None else bound for bound in bounds])
+
+
+def ideal_response(
     model: PositionModel, times_s: Array, r2_m: Array, position_m: Array, velocity_m_s: Array
 ) -> Array:
     """y2_id (samples, 3) of the exact D(s) with r2 held from sample to sample."""

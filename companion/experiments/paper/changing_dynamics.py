@@ -6,8 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from companion.config.resolve import configs_folder
+from companion.control.reference_model import PositionModel
 from companion.control.thrust import GRAVITY_M_S2
+from companion.experiments.flight_table import FlightTable
 from companion.experiments.flight_task import FlightTask
+from companion.experiments.paper.bounds import ideal_response
 from companion.experiments.paper.flights import Flights, scored, vectors
 from companion.experiments.paper.scale import VEHICLE, Scale
 from companion.experiments.paper.statistics import Spread, spread
@@ -37,6 +40,9 @@ class LoadStep:
     """Mean from five seconds after it to the end."""
     settled_without: Spread
     """The same part of the same flight without the load."""
+    from_ideal: Spread
+    """Mean |y2 - y2_id| over the settled part, y2_id = D(s) r2; infinite of MPC-PID."""
+    from_ideal_without: Spread
     largest_sag_m: float
     """Greatest distance below the desired height after the load, of the first seed."""
     times_s: Array
@@ -55,7 +61,9 @@ class HoverConvergence:
     settled_sine: float
     """Length of the mean horizontal σ̂ over the last seconds, noise-free."""
     settled_noisy_sine: float
-    """The same with measurement noise."""
+    """The same with measurement noise, less that of a calm hover of the same seed: the trim."""
+    settled_offset_m: float
+    """Greatest distance from the hover's point over the last seconds, noise-free."""
     settling_s: float
     """After the take-over, until the horizontal σ̂ stays within a tenth of its settled value."""
     times_s: Array
@@ -86,9 +94,9 @@ def _unloaded(controller: str, seed: int) -> FlightTask:
     return FlightTask(controller, TRAJECTORY, "calm", seed, VEHICLE)
 
 
-def _hover(seed: int, sensors: str | None) -> FlightTask:
+def _hover(seed: int, sensors: str | None, wind: str = "wind3") -> FlightTask:
     path = str(configs_folder() / "trajectories" / "hover.yaml")
-    return FlightTask("mpc-l1", path, "wind3", seed, VEHICLE, sensors=sensors)
+    return FlightTask("mpc-l1", path, wind, seed, VEHICLE, sensors=sensors)
 
 
 def tasks(scale: Scale) -> list[FlightTask]:
@@ -99,20 +107,32 @@ def tasks(scale: Scale) -> list[FlightTask]:
         for make in (_loaded, _unloaded)
         for seed in scale.seeds
     ]
-    return [*flown, _hover(scale.seeds[0], "exact"), _hover(scale.seeds[0], None)]
+    seed = scale.seeds[0]
+    return [*flown, _hover(seed, "exact"), _hover(seed, None), _hover(seed, None, "calm")]
 
 
-def evaluate(flights: Flights, scale: Scale) -> ChangingDynamics:
-    """Figures of both."""
-    load = {controller: _load_step(flights, scale, controller) for controller in CONTROLLERS}
+def evaluate(flights: Flights, scale: Scale, model: PositionModel) -> ChangingDynamics:
+    """Figures of both; model: D(s) of MPC-L1."""
+    load = {controller: _load_step(flights, scale, controller, model) for controller in CONTROLLERS}
     return ChangingDynamics(
         {controller: step for controller, step in load.items() if step is not None},
         _convergence(flights, scale.seeds[0]),
     )
 
 
-def _load_step(flights: Flights, scale: Scale, controller: str) -> LoadStep | None:
+def _load_step(
+    flights: Flights, scale: Scale, controller: str, model: PositionModel
+) -> LoadStep | None:
     after, settled, without = [], [], []
+    ideal, ideal_without = (
+        [
+            _from_ideal(flights.table(make(controller, seed)), model)
+            if controller == "mpc-l1"
+            else math.inf
+            for seed in scale.seeds
+        ]
+        for make in (_loaded, _unloaded)
+    )
     for seed in scale.seeds:
         times, error = _error(flights, _loaded(controller, seed))
         after.append(_mean(error, (times >= LOAD_AT_S) & (times < LOAD_AT_S + _SHORTLY_S)))
@@ -120,7 +140,7 @@ def _load_step(flights: Flights, scale: Scale, controller: str) -> LoadStep | No
         times, error = _error(flights, _unloaded(controller, seed))
         without.append(_mean(error, times >= _SETTLED_S))
     table = flights.table(_loaded(controller, scale.seeds[0]))
-    if table is None or not table.columns:
+    if table is None:
         return None
     rows = scored(table)
     columns = table.columns
@@ -130,6 +150,8 @@ def _load_step(flights: Flights, scale: Scale, controller: str) -> LoadStep | No
         spread(after),
         spread(settled),
         spread(without),
+        spread(ideal),
+        spread(ideal_without),
         largest_sag_m=float(-np.nanmin(height[shown >= LOAD_AT_S], initial=0.0)),
         times_s=shown,
         height_error_m=height,
@@ -137,10 +159,23 @@ def _load_step(flights: Flights, scale: Scale, controller: str) -> LoadStep | No
     )
 
 
+def _from_ideal(table: FlightTable | None, model: PositionModel) -> float:
+    """Mean distance of the settled part from the ideal system under the same r2."""
+    if table is None:
+        return math.inf
+    r2 = vectors(table, "r2_{}_m")
+    known = np.isfinite(r2).all(axis=1)
+    times, position = table.columns["time_s"][known], vectors(table, "true_position_{}_m")[known]
+    velocity = vectors(table, "true_velocity_{}_m_s")[known]
+    ideal = ideal_response(model, times, r2[known], position[0], velocity[0])
+    settled = (times >= _SETTLED_S) & (times <= table.scored_s)
+    return float(np.linalg.norm(position - ideal, axis=1)[settled].mean())
+
+
 def _error(flights: Flights, task: FlightTask) -> tuple[Array, Array]:
     """Times and distances; empty arrays of a lost flight."""
     table = flights.table(task)
-    if table is None or not table.columns or not math.isfinite(table.mean_error_m):
+    if table is None:
         return np.empty(0), np.empty(0)
     rows = scored(table)
     difference = vectors(table, "desired_{}_m")[rows] - vectors(table, "true_position_{}_m")[rows]
@@ -155,8 +190,11 @@ def _mean(values: Array, use: np.ndarray) -> float:
 
 
 def _convergence(flights: Flights, seed: int) -> HoverConvergence | None:
-    clean, noisy = flights.table(_hover(seed, "exact")), flights.table(_hover(seed, None))
-    if clean is None or noisy is None or not clean.columns or not noisy.columns:
+    clean, noisy, calm = (
+        flights.table(task)
+        for task in (_hover(seed, "exact"), _hover(seed, None), _hover(seed, None, "calm"))
+    )
+    if clean is None or noisy is None or calm is None:
         return None
     times, sigma = _since_take_over(clean.columns["time_s"], vectors(clean, "sigma_hat_{}"))
     noisy_times, noisy_sigma = _since_take_over(
@@ -168,11 +206,13 @@ def _convergence(flights: Flights, seed: int) -> HoverConvergence | None:
     settling = float(times[np.flatnonzero(off)[-1]]) if off.any() else 0.0
     speed = np.linalg.norm(vectors(clean, "true_velocity_{}_m_s"), axis=1)
     push = clean.columns["wind_m_s2"].astype(float)
-    noisy_final = noisy_sigma[noisy_times >= noisy_times[-1] - _STILL_NOISY_S, :2].mean(axis=0)
+    off_point = vectors(clean, "true_position_{}_m") - vectors(clean, "desired_{}_m")
+    trimmed = _settled_mean(noisy) - _settled_mean(calm)
     return HoverConvergence(
         expected_sine=float(np.nanmean(push[-len(times) :][last])) / GRAVITY_M_S2,
         settled_sine=float(np.linalg.norm(final)),
-        settled_noisy_sine=float(np.linalg.norm(noisy_final)),
+        settled_noisy_sine=float(np.linalg.norm(trimmed)),
+        settled_offset_m=float(np.nanmax(np.linalg.norm(off_point, axis=1)[-len(times) :][last])),
         settling_s=settling,
         times_s=times,
         sigma_hat=sigma,
@@ -180,6 +220,13 @@ def _convergence(flights: Flights, seed: int) -> HoverConvergence | None:
         noisy_sigma_hat=noisy_sigma,
         largest_speed_m_s=float(np.nanmax(speed[-len(times) :][last])),
     )
+
+
+def _settled_mean(table: FlightTable) -> Array:
+    """Mean horizontal σ̂ of the last seconds of a noisy hover."""
+    times, sigma = _since_take_over(table.columns["time_s"], vectors(table, "sigma_hat_{}"))
+    mean: Array = sigma[times >= times[-1] - _STILL_NOISY_S, :2].mean(axis=0)
+    return mean
 
 
 def _since_take_over(times_s: Array, values: Array) -> tuple[Array, Array]:

@@ -1,5 +1,6 @@
 """The flights of a study, by task."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -26,9 +27,12 @@ class Flights:
         return self._by_task[task]
 
     def table(self, task: FlightTask) -> FlightTable | None:
-        """Data of a task's flight; None if it could not be flown or read."""
+        """Data of a task's flight; None if it was not flown to its end, or can't be read."""
+        summary = self._by_task[task]
+        if not math.isfinite(summary.mean_error_m):
+            return None
         try:
-            return read_flight_table(flight_path(self._folder, self._by_task[task].key))
+            return read_flight_table(flight_path(self._folder, summary.key))
         except (OSError, ValueError):
             return None
 

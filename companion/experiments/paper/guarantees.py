@@ -48,6 +48,7 @@ class Theory:
     gains: L1Gains
     plants: tuple[AxisPlant, AxisPlant, AxisPlant]
     """A(s) of x, y and z."""
+    loop_delay_s: float
     quadratic_drag_1_m: float
 
 
@@ -82,5 +83,6 @@ def theory_of(config: FlightConfig) -> Theory:
         guarantees,
         l1_gains(l1),
         axis_plants(dynamics),
+        dynamics.loop_delay_s,
         dynamics.quadratic_drag_1_m,
     )

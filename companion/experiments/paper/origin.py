@@ -73,7 +73,7 @@ def evaluate(flights: Flights, scale: Scale) -> dict[str, CostFigures]:
 
 def _offset(flights: Flights, task: FlightTask) -> float:
     table = flights.table(task)
-    if table is None or not table.columns:
+    if table is None:
         return math.inf
     rows = scored(table) & (table.columns["time_s"] > 0.5 * table.scored_s)
     off = vectors(table, "true_position_{}_m")[rows] - vectors(table, "desired_{}_m")[rows]

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from companion.experiments.computing_time import ComputingTime
+from companion.experiments.identify_steps import SecondOrder
 from companion.experiments.paper.adaptation_rate import AdaptationRate
 from companion.experiments.paper.bounds import BoundsFlight
 from companion.experiments.paper.changing_dynamics import ChangingDynamics
@@ -68,6 +69,8 @@ class PaperResults:
     changing_dynamics: ChangingDynamics
     origin: dict[str, CostFigures]
     """By cost: "r_minus_target" (the default) and "absolute_r" (the paper's letter)."""
+    identification: tuple[SecondOrder, ...]
+    """Of MPC-PID's vehicle under its PID, per axis; empty if no step could be flown."""
     computing_time: ComputingTime | None
     """None without the extra `nonlinear`."""
     provenance: Provenance

@@ -28,6 +28,7 @@ from companion.experiments.paper import (
 )
 from companion.experiments.paper.flights import Flights
 from companion.experiments.paper.guarantees import theory_of
+from companion.experiments.paper.identification import identify_models
 from companion.experiments.paper.results import PaperResults, Provenance
 from companion.experiments.paper.scale import VEHICLE, Scale
 from companion.flight.assemble import position_model
@@ -78,6 +79,8 @@ def run_study(
     config = load_flight(None, {"controller": "mpc-l1", "vehicle": VEHICLE}, {})
     theory = theory_of(config)
     summaries = run_campaign(study_tasks(scale), folder, jobs, progress)
+    say("identifying MPC-PID's model once more")
+    identification = identify_models(jobs)
     computing = _computing_time(scale, say)
     say("evaluating")
     flights = Flights(folder, summaries)
@@ -85,13 +88,14 @@ def run_study(
     return PaperResults(
         scale=scale,
         tracking=tracking.evaluate(flights, scale),
-        bounds=bounds.evaluate(flights, scale, model),
+        bounds=bounds.evaluate(flights, scale, model, theory.gains),
         guarantees=theory.guarantees,
         adaptation_rate=adaptation_rate.evaluate(flights, scale, theory),
         reference=reference_system.evaluate(flights, scale, theory),
         model_transfer=model_transfer.evaluate(flights, scale),
-        changing_dynamics=changing_dynamics.evaluate(flights, scale),
+        changing_dynamics=changing_dynamics.evaluate(flights, scale, model),
         origin=origin.evaluate(flights, scale),
+        identification=identification,
         computing_time=computing,
         provenance=_provenance(summaries.values(), command, time.perf_counter() - started),
     )

@@ -92,9 +92,7 @@ def evaluate(flights: Flights, scale: Scale) -> Tracking:
         for controller in CONTROLLERS
     }
     responses = {
-        controller: _response(table)
-        for controller, table in tables.items()
-        if table is not None and table.columns
+        controller: _response(table) for controller, table in tables.items() if table is not None
     }
     return Tracking(errors, responses, _commanded_minus_flown(tables["mpc-l1"]))
 
@@ -131,7 +129,7 @@ def _response(table: FlightTable) -> TimeResponse:
 
 
 def _commanded_minus_flown(table: FlightTable | None) -> float:
-    if table is None or not table.columns:
+    if table is None:
         return math.nan
     rows = scored(table)
     distance = vectors(table, "r2_{}_m")[rows] - vectors(table, "true_position_{}_m")[rows]

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from companion.experiments.computing_time import WHAT, ComputingTime, MethodTime
+from companion.experiments.identify_steps import SecondOrder
 from companion.experiments.paper.adaptation_rate import AdaptationRate
 from companion.experiments.paper.bounds import BoundsFlight
 from companion.experiments.paper.changing_dynamics import (
@@ -76,6 +77,7 @@ def make_results(scale: Scale = QUICK, seed: int = 0) -> PaperResults:
             "r_minus_target": CostFigures(0.0207, 0.02075, 0.0046),
             "absolute_r": CostFigures(0.0127, 0.0303, 0.0282),
         },
+        identification=tuple(SecondOrder(4.0, 0.13, 0.05, 0.3) for _ in "xyz"),
         computing_time=_computing_time(scale),
         provenance=Provenance(
             version="0.1.0",
@@ -134,6 +136,7 @@ def with_losses(results: PaperResults) -> PaperResults:
             results.adaptation_rate,
             exact_m_s=exact,
             stable=stable,
+            fitted=np.zeros(len(stable), dtype=bool),
             slope=math.nan,
             slope_all=math.nan,
             noise_decides_from=math.inf,
@@ -199,6 +202,7 @@ def _bounds(noise: np.random.Generator, deviation: float) -> BoundsFlight:
         np.abs(y_tilde).max(axis=0),
         distance.max(axis=0),
         float(np.linalg.norm(distance, axis=1).mean()),
+        own_gamma_0_m_s=np.array([0.3, 0.3, 0.2]),
     )
 
 
@@ -212,7 +216,7 @@ def _adaptation_rate(scale: Scale) -> AdaptationRate:
         exact,
         noisy,
         stable=np.array([g > 100.0 for g in gammas]),
-        noisy_stable=np.array([g > 150.0 for g in gammas]),
+        fitted=np.array([100.0 < g <= 1000.0 for g in gammas]),
         slope=-0.9,
         slope_all=-1.3,
         noise_decides_from=500.0,
@@ -251,6 +255,8 @@ def _load(scale: Scale, noise: np.random.Generator, size_m: float) -> LoadStep:
         _spread(3.0 * size_m, scale, noise),
         _spread(1.1 * size_m, scale, noise),
         _spread(size_m, scale, noise),
+        _spread(0.04, scale, noise),
+        _spread(0.04, scale, noise),
         largest_sag_m=5.0 * size_m,
         times_s=times,
         height_error_m=-10.0 * size_m * since * np.exp(-2.0 * since)
@@ -267,6 +273,7 @@ def _hover(noise: np.random.Generator) -> HoverConvergence:
         expected_sine=0.0635,
         settled_sine=0.0632,
         settled_noisy_sine=0.0630,
+        settled_offset_m=0.0004,
         settling_s=4.6,
         times_s=times,
         sigma_hat=sigma,
