@@ -324,7 +324,10 @@ def test_every_shipped_vehicle_is_named_as_its_file_and_has_a_controller(vehicle
     assert load(overrides={"vehicle": vehicle}).vehicle.name == vehicle
 
 
-@pytest.mark.parametrize("name", ["pid-l1", "lqr-l1", "mpc-pid", "pid", "pid-l1-error"])
+TUNED = ["pid-l1", "lqr-l1", "mpc-pid", "pid", "pid-l1-error", "mpc-pid-joint"]
+
+
+@pytest.mark.parametrize("name", [*TUNED, *(f"mpc-pid-t{n}" for n in range(1, 6))])
 def test_a_shipped_baseline_says_by_which_command_its_gains_were_found(name):
     config = load_flight(None, {"controller": name}, {})
     assert "companion tune" in config.controller.source
