@@ -9,7 +9,7 @@ from typing import TextIO
 from rich.console import Console
 
 from companion.config.resolve import FlightConfig, load_flight
-from companion.config.yaml_source import ConfigError
+from companion.config.yaml_source import ConfigError, settings_of
 from companion.experiments.certified import certificate_subject
 from companion.theory.certificate import certify
 from companion.theory.certificate_figure import draw_certificate
@@ -97,22 +97,10 @@ def run_certify(request: CertifyRequest) -> bool:
 
 def _load(request: CertifyRequest) -> FlightConfig:
     overrides: dict[str, object] = {"controller": request.controller, "vehicle": request.vehicle}
-    settings = _settings(request.settings)
+    settings = settings_of(request.settings)
     if request.rate_hz is not None:
         settings["state_rate_hz"] = repr(float(request.rate_hz))
     return load_flight(None, overrides, settings)
-
-
-def _settings(pairs: tuple[str, ...]) -> dict[str, str]:
-    settings = {}
-    for pair in pairs:
-        key, equals, value = pair.partition("=")
-        if not equals or not key.strip():
-            raise ConfigError(
-                f"--set {pair}: write KEY=VALUE, as in --set controller.l1.k=[1,1,1]."
-            )
-        settings[key.strip()] = value
-    return settings
 
 
 def _console(stream: TextIO) -> Console:

@@ -15,7 +15,7 @@ from rich.console import Console
 
 from companion.config.models import MissionConfig
 from companion.config.resolve import FlightConfig, controller_path, load_flight
-from companion.config.yaml_source import ConfigError
+from companion.config.yaml_source import ConfigError, settings_of
 from companion.flight.assemble import infeasibilities, make_stack, make_trajectory
 from companion.flight.conduct import Outcome, OutcomeName
 from companion.flight.embedded_shim import embedded_shim
@@ -62,7 +62,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     """
     console = _console(sys.stderr)
     try:
-        config = load_flight(request.mission_file, request.overrides, _settings(request.settings))
+        config = load_flight(request.mission_file, request.overrides, settings_of(request.settings))
         trajectory = make_trajectory(config.mission)
         _check_controller(config)
         shim = _shim_options(config, lockstep=request.lockstep)
@@ -144,19 +144,6 @@ def _check_controller(config: FlightConfig) -> None:
             "the explicit Euler step (controller.l1.discretisation) is for study in the simulator: "
             "it is unstable for Γ dt > 1. Leave --connect or the setting out."
         )
-
-
-def _settings(pairs: tuple[str, ...]) -> dict[str, str]:
-    settings = {}
-    for pair in pairs:
-        key, equals, value = pair.partition("=")
-        key = key.strip()
-        if not equals or not key:
-            raise ConfigError(f"--set {pair}: write KEY=VALUE, as in --set hover_s=2.")
-        if key in settings:
-            raise ConfigError(f"--set {key} is given twice. Leave one of them out.")
-        settings[key] = value
-    return settings
 
 
 def _shim_options(config: FlightConfig, *, lockstep: bool) -> ShimOptions | None:

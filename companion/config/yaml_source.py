@@ -1,7 +1,7 @@
 """Parsing YAML into a mapping that knows where each of its keys stands."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -163,3 +163,21 @@ def with_settings(source: Source, settings: Mapping[str, str], prefix: str = "")
 
 def _copied(value: Any) -> Any:  # noqa: ANN401 - any YAML value
     return {k: _copied(v) for k, v in value.items()} if isinstance(value, dict) else value
+
+
+def settings_of(pairs: Sequence[str]) -> dict[str, str]:
+    """Values by dotted key from ``KEY=VALUE`` texts, as ``--set`` takes them.
+
+    Raises:
+        ConfigError: no such text, or a key given twice.
+    """
+    settings = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        key = key.strip()
+        if not equals or not key:
+            raise ConfigError(f"--set {pair}: write KEY=VALUE, as in --set hover_s=2.")
+        if key in settings:
+            raise ConfigError(f"--set {key} is given twice. Leave one of them out.")
+        settings[key] = value
+    return settings
