@@ -29,6 +29,7 @@ from companion.experiments.paper.results import (
 from companion.experiments.paper.scale import TRAJECTORIES, VEHICLE
 from companion.experiments.paper.statistics import Spread
 from companion.experiments.paper.tracking import Tracking
+from companion.report.flight_data import Array
 
 NAME = "results.json"
 _ABOUT = (
@@ -69,7 +70,9 @@ def results_object(results: PaperResults, claims: Sequence[Claim]) -> dict[str, 
         "mean_of_five": {one.controller: _headline(one) for one in mean_errors(results)},
         "claims": [asdict(claim) for claim in claims],
         "tracking": _tracking(results.tracking),
-        "bounds": {name: _bounds(flight) for name, flight in results.bounds.items()},
+        "bounds": {
+            name: _bounds(flight, results.guarantees) for name, flight in results.bounds.items()
+        },
         "guarantees": _guarantees(results.guarantees),
         "adaptation_rate": _adaptation_rate(results),
         "reference_system": [_reference(one) for one in results.reference],
@@ -130,13 +133,22 @@ def _tracking(tracking: Tracking) -> dict[str, Any]:
     }
 
 
-def _bounds(flight: BoundsFlight) -> dict[str, Any]:
+def _bounds(flight: BoundsFlight, guarantees: Guarantees) -> dict[str, Any]:
     return {
         "largest_y_tilde_m_s": by_axis(flight.largest_y_tilde_m_s),
+        "largest_y_tilde_over_gamma_0": by_axis(
+            _share(flight.largest_y_tilde_m_s, guarantees.gamma_0_m_s)
+        ),
         "largest_distance_from_ideal_m": by_axis(flight.largest_distance_m),
         "mean_distance_from_ideal_m": flight.mean_distance_m,
         "flown_s": float(flight.times_s[-1]) if len(flight.times_s) else None,
     }
+
+
+def _share(values: Array, bound: Array) -> Array:
+    """Per axis; NaN where there is no bound."""
+    share: Array = np.where(np.isfinite(bound), values / bound, np.nan)
+    return share
 
 
 def _guarantees(guarantees: Guarantees) -> dict[str, Any]:
@@ -159,16 +171,16 @@ def _adaptation_rate(results: PaperResults) -> dict[str, Any]:
                 "gamma_1_s2": gamma,
                 "exact_largest_y_tilde_m_s": by_axis(exact),
                 "noisy_largest_y_tilde_m_s": by_axis(noisy),
-                "exact_stable": stable,
-                "noisy_stable": noisy_stable,
+                "stable": stable,
+                "fitted": fitted,
                 "step_model_largest_y_tilde_m_s": step,
             }
-            for gamma, exact, noisy, stable, noisy_stable, step in zip(
+            for gamma, exact, noisy, stable, fitted, step in zip(
                 sweep.gammas,
                 sweep.exact_m_s,
                 sweep.noisy_m_s,
                 sweep.stable,
-                sweep.noisy_stable,
+                sweep.fitted,
                 sweep.step_model_m_s,
                 strict=True,
             )
@@ -193,8 +205,12 @@ def _reference(comparison: ReferenceComparison) -> dict[str, Any]:
 def _model_transfer(results: PaperResults) -> dict[str, Any]:
     table = results.model_transfer
     return {
+        "seeds": list(results.scale.seeds),
         "tuned_for": {
-            row: {column: table.errors_m[i, j] for j, column in enumerate(TRAJECTORIES)}
+            row: {
+                column: {"mean_m": table.errors_m[i, j], "seeds": len(results.scale.seeds)}
+                for j, column in enumerate(TRAJECTORIES)
+            }
             for i, row in enumerate(TRAJECTORIES)
         },
         "identified": {

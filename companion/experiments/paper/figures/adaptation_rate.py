@@ -35,29 +35,40 @@ def caption(results: PaperResults) -> str:
         if math.isfinite(sweep.noise_decides_from)
         else "Noise nowhere doubles it"
     )
-    slope = f"{sweep.slope:.2f}".replace("-", "−") if math.isfinite(sweep.slope) else "unknown"
-    oscillating = [f"{g:g}" for g in sweep.gammas[~sweep.stable]]
-    only_noisy = [f"{g:g}" for g in sweep.gammas[sweep.stable & ~sweep.noisy_stable]]
-    hollow = f"Γ = {', '.join(oscillating)}" if oscillating else "none without noise"
-    if only_noisy:
-        hollow += f", with noise also {', '.join(only_noisy)}"
+    if math.isfinite(sweep.noise_floor_m_s):
+        noise += f", and it never falls below {sweep.noise_floor_m_s * _MM:.0f} mm/s"
+    unstable = ", ".join(f"{g:g}" for g in sweep.gammas[~sweep.stable])
+    hollow = f"Γ = {unstable}" if unstable else "none"
     return (
         "Largest |ỹ| in mm/s (the greater of x and y, over the scored part) against the adaptation "
         f"rate Γ in 1/s², both logarithmic: the L1 controller alone on trajectory {TRAJECTORY} in "
         f"calm air, seed {results.scale.seeds[0]}, the state at {SAMPLE_HZ:g} Hz, without and with "
-        f"measurement noise. The slope without noise is {slope} where the loop is stable "
-        "(−0.5 is what the bound γ0 ∝ √(1/Γ) says; smooth disturbances fall faster). "
+        f"measurement noise. The slope without noise is {_number(sweep.slope)}, "
+        f"{_of_which(sweep)} (−0.5 is what the bound γ0 ∝ √(1/Γ) says; smooth disturbances fall "
+        "faster). "
         "Crosses: reckoned for a step at the input of A(s) = M(s), the worst case, slope "
-        f"{sweep.step_model_slope:.2f}. "
-        f"{noise}, and it never falls below {sweep.noise_floor_m_s * _MM:.0f} mm/s. "
-        f"Hollow is where the loop oscillates: {hollow}. Where the ground is grey, the state comes "
+        f"{_number(sweep.step_model_slope)}: at the low end of Γ the damping of the mode √(mΓ) "
+        "takes some of the peak, and towards large Γ the slope tends to −0.5. "
+        f"{noise}. Hollow is where the sampled loop is unstable by its eigenvalues: {hollow}. "
+        "Where the ground is grey, the state comes "
         "at less than 10 √(mΓ)."
     )
 
 
+def _of_which(sweep: AdaptationRate) -> str:
+    fitted = sweep.gammas[sweep.fitted]
+    if not len(fitted):
+        return "as no rate is both stable and sampled fast enough"
+    return f"fitted from Γ = {fitted.min():g} to {fitted.max():g}, stable and sampled fast enough"
+
+
+def _number(slope: float) -> str:
+    return f"{slope:.2f}".replace("-", "−") if math.isfinite(slope) else "unknown"
+
+
 def draw(results: PaperResults) -> Figure:
     """Draw."""
-    figure = new_figure(4.8)
+    figure = new_figure(5.0)
     axes = figure.add_subplot()
     sweep = results.adaptation_rate
     exact, noisy = (
@@ -67,7 +78,7 @@ def draw(results: PaperResults) -> Figure:
         say(axes, "none of the flights could be flown")
         return figure
     axes.set(xscale="log", yscale="log")
-    _draw_points(axes, sweep.gammas, noisy, sweep.noisy_stable, L1_NOISY, "with measurement noise")
+    _draw_points(axes, sweep.gammas, noisy, sweep.stable, L1_NOISY, "with measurement noise")
     _draw_points(axes, sweep.gammas, exact, sweep.stable, L1, "noise-free")
     _draw_slope(axes, sweep, exact)
     step = sweep.step_model_m_s * _MM
@@ -84,8 +95,8 @@ def draw(results: PaperResults) -> Figure:
     axes.set_xticks([], minor=True)
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.set_xlabel("adaptation rate Γ, 1/s²")
-    axes.set_title("largest |ỹ|, horizontal, mm/s", pad=22)
-    axes.legend(loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=5, borderaxespad=0.1)
+    axes.set_title("largest |ỹ|, horizontal, mm/s", pad=38)
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=3, borderaxespad=0.1)
     return figure
 
 
@@ -107,7 +118,7 @@ def _draw_points(
 
 
 def _draw_slope(axes: Axes, sweep: AdaptationRate, exact_mm_s: Array) -> None:
-    use = sweep.stable & np.isfinite(exact_mm_s) & (exact_mm_s > 0.0)
+    use = sweep.fitted & np.isfinite(exact_mm_s) & (exact_mm_s > 0.0)
     if use.sum() < 2 or not math.isfinite(sweep.slope):
         return
     logs = np.log(sweep.gammas[use])
@@ -117,7 +128,7 @@ def _draw_slope(axes: Axes, sweep: AdaptationRate, exact_mm_s: Array) -> None:
         np.exp(ends),
         np.exp(offset + sweep.slope * ends),
         **SHOULD_BE,
-        label=f"slope {sweep.slope:.2f}".replace("-", "−"),
+        label=f"slope {_number(sweep.slope)}",
     )
     first = float(np.exp(offset + sweep.slope * ends[0]))
     half = first * np.exp(-0.5 * (ends - ends[0]))

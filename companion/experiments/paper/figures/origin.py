@@ -11,6 +11,7 @@ from companion.experiments.paper.figures.style import (
     MPC_L1_FAN,
     legend_above,
     new_figure,
+    percent,
 )
 from companion.experiments.paper.origin import COSTS, SHIFT_ENU_M, TRAJECTORY, CostFigures
 from companion.experiments.paper.results import PaperResults
@@ -26,10 +27,14 @@ def caption(results: PaperResults) -> str:
     """What is drawn."""
     shift = ", ".join(f"{value:g}" for value in SHIFT_ENU_M)
     changes = "; ".join(
-        f"{_NAMES[cost]}: error changed by {100 * results.origin[cost].change:.2g} %, hover "
-        f"{results.origin[cost].hover_offset_m * _MM:.1f} mm off"
-        for cost in COSTS
-        if cost in results.origin and math.isfinite(results.origin[cost].change)
+        f"{_NAMES[cost]}: moving changes the error by {percent(figures.change)}"
+        + (
+            f", the hover is {figures.hover_offset_m * _MM:.1f} mm off"
+            if math.isfinite(figures.hover_offset_m)
+            else ""
+        )
+        for cost, figures in results.origin.items()
+        if math.isfinite(figures.change)
     )
     return (
         f"MPC-L1 with its two costs, in calm air, seed {results.scale.seeds[0]}. Left: the mean "
@@ -37,7 +42,27 @@ def caption(results: PaperResults) -> str:
         f"({shift}) m. Right: how far from the wanted point it hovers there, on average, in "
         "millimetres. A penalty on the absolute reference pulls towards the laboratory's origin."
         + (f" {changes}." if changes else "")
+        + _compared(results)
     )
+
+
+def _compared(results: PaperResults) -> str:
+    """Which of the costs does better where."""
+    default, letter = (results.origin.get(cost) for cost in COSTS)
+    if default is None or letter is None:
+        return ""
+    places = (
+        ("About the origin itself", default.error_here_m, letter.error_here_m),
+        ("moved away from it", default.error_there_m, letter.error_there_m),
+    )
+    said = [
+        f"{place} the paper's letter does {'better' if its < ours else 'worse'} "
+        f"({its * _MM:.1f} against {ours * _MM:.1f} mm)"
+        for place, ours, its in places
+        if math.isfinite(ours) and math.isfinite(its)
+    ]
+    text = ", ".join(said)
+    return f" {text[0].upper()}{text[1:]}." if text else ""
 
 
 def draw(results: PaperResults) -> Figure:

@@ -184,6 +184,15 @@ def legend_above(axes: Axes, columns: int = 4) -> None:
     )
 
 
+def percent(share: float) -> str:
+    """A share in per cent, fixed-point: two figures below 10 %, no more than hundredths."""
+    value = 100.0 * share
+    if 0.0 < abs(value) < 0.01:
+        return "less than 0.01 %"
+    digits = 0 if abs(value) >= 9.95 else 1 if abs(value) >= 0.995 else 2
+    return f"{value:.{digits}f} %".replace("-", "−")
+
+
 def seeds_text(seeds: Sequence[int]) -> str:
     """How many flights stand behind a figure."""
     if len(seeds) == 1:

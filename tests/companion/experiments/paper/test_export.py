@@ -2,7 +2,9 @@
 
 import json
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from companion.experiments.paper.export import results_object, write_results
@@ -76,15 +78,37 @@ def test_every_experiment_is_in_it(tmp_path):
     assert content["guarantees"]["gamma_0_m_s"] == {"x": 0.9, "y": 0.9, "z": 1.3}
     rates = content["adaptation_rate"]["rates"]
     assert [rate["gamma_1_s2"] for rate in rates] == list(FULL.adaptation_rates)
-    assert rates[0]["exact_stable"] is False
+    assert (rates[0]["stable"], rates[0]["fitted"]) == (False, False)
+    assert [r["fitted"] for r in rates] == [100.0 < r["gamma_1_s2"] <= 1000.0 for r in rates]
     assert [one["flight"] for one in content["reference_system"]] == [
         comparison.name for comparison in results.reference
     ]
-    assert content["model_transfer"]["tuned_for"]["2"]["2"] == 0.04
+    transfer = content["model_transfer"]
+    assert transfer["seeds"] == [1, 2, 3, 4, 5]
+    assert transfer["tuned_for"]["2"]["2"] == {"mean_m": 0.04, "seeds": 5}
     assert content["load_step"]["mpc-pid"]["settled"]["seeds"] == 5
     assert content["hover_convergence"]["settling_s"] == 4.6
     assert content["origin"]["absolute_r"]["change"] == pytest.approx(0.0303 / 0.0127 - 1.0)
     assert content["computing_time"]["methods"][0]["name"] == "linear"
+
+
+@pytest.mark.parametrize("name", ["exact", "noisy"])
+def test_the_error_is_given_as_a_share_of_its_bound_on_each_axis(name, tmp_path):
+    results = make_results(FULL)
+    content = _read(results, tmp_path)
+    for axis, bound in {"x": 0.9, "y": 0.9, "z": 1.3}.items():
+        told = content["bounds"][name]
+        assert told["largest_y_tilde_over_gamma_0"][axis] == pytest.approx(
+            told["largest_y_tilde_m_s"][axis] / bound
+        )
+
+
+def test_a_share_of_no_bound_is_null(tmp_path):
+    results = make_results(FULL)
+    guarantees = replace(results.guarantees, gamma_0_m_s=np.array([0.9, np.inf, 1.3]))
+    told = _read(replace(results, guarantees=guarantees), tmp_path)["bounds"]["exact"]
+    assert told["largest_y_tilde_over_gamma_0"]["y"] is None
+    assert told["largest_y_tilde_over_gamma_0"]["x"] > 0.0
 
 
 def test_what_was_not_measured_is_null(tmp_path):

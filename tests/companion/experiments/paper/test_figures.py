@@ -1,5 +1,6 @@
 """Figures: each draws, whole study or quick look, with losses or without, and is captioned."""
 
+import math
 import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
@@ -7,14 +8,18 @@ from dataclasses import replace
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from companion.config.resolve import load_flight
 from companion.experiments.paper.figures import render
 from companion.experiments.paper.figures.bars import bar_of
+from companion.experiments.paper.figures.bounds import SPEED_LIMIT_M_S
 from companion.experiments.paper.figures.errors_fan import increase
 from companion.experiments.paper.figures.registry import DRAWINGS, drawing
 from companion.experiments.paper.figures.render import draw_figures, draw_one
-from companion.experiments.paper.figures.style import COLOURS, DARK, SETTINGS, smooth, thin
-from companion.experiments.paper.scale import FULL, QUICK
+from companion.experiments.paper.figures.style import COLOURS, DARK, SETTINGS, percent, smooth, thin
+from companion.experiments.paper.origin import CostFigures
+from companion.experiments.paper.scale import FULL, QUICK, VEHICLE
 from companion.experiments.paper.statistics import spread
 from tests.companion.experiments.paper.factory import make_results, with_losses
 
@@ -122,11 +127,71 @@ def test_what_the_fan_adds_is_taken_seed_by_seed():
 
 def test_a_far_bound_is_drawn_and_said_with_its_distance():
     results = _STUDIES["whole"]
-    largest = max(
-        np.abs(results.bounds[name].y_tilde_m_s[:, 0]).max() for name in ("exact", "noisy")
+    exact, noisy = (
+        0.9 / np.abs(results.bounds[name].y_tilde_m_s[:, 0]).max() for name in ("exact", "noisy")
     )
-    told = f"bound γ0 = ±0.9 m/s: {0.9 / largest:.0f} × the largest |ỹ|"
+    told = (
+        "bound γ0 = ±0.9 m/s; over the largest |ỹ|:\n"
+        f"{noisy:.0f} × with noise, {exact:.0f} × noise-free"
+    )
     assert told in _texts("bounds", results)
+    caption = drawing("bounds").caption(results)
+    assert f"Noise-free, the largest |ỹ| is {100 / exact:.1f} % (x)" in caption
+    assert f"With noise, the largest |ỹ| is {100 / noisy:.1f} % (x)" in caption
+
+
+def test_a_bound_that_no_flight_could_reach_is_said_to_be_no_test():
+    results = _STUDIES["whole"]
+    assert "no test" not in drawing("bounds").caption(results)
+    wide = replace(results.guarantees, gamma_0_m_s=np.array([4.2, 4.2, 1.8]))
+    caption = drawing("bounds").caption(replace(results, guarantees=wide))
+    assert "On x and y γ0 is beyond the vehicle's speed limit of 3 m/s" in caption
+    config = load_flight(None, {"controller": "mpc-l1", "vehicle": VEHICLE}, {})
+    assert config.vehicle.speed_limit_m_s == SPEED_LIMIT_M_S
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [
+        (0.0, "0.00 %"),
+        (9.2e-8, "less than 0.01 %"),
+        (0.00067, "0.07 %"),
+        (0.0174, "1.7 %"),
+        (0.0996, "10 %"),
+        (1.383, "138 %"),
+        (-0.5, "−50 %"),
+    ],
+)
+def test_a_share_is_told_without_powers_of_ten(share, text):
+    assert percent(share) == text
+
+
+def test_moving_the_origin_is_told_in_plain_figures_and_which_cost_does_better_where():
+    results = _STUDIES["whole"]
+    costs = {
+        "r_minus_target": CostFigures(0.0207, 0.0207 * (1.0 + 1e-7), 0.0007),
+        "absolute_r": CostFigures(0.0127, 0.0303, 0.0278),
+    }
+    caption = drawing("origin").caption(replace(results, origin=costs))
+    assert "error by less than 0.01 %" in caption
+    assert "error by 139 %" in caption
+    assert not re.search(r"\de[-+]\d", caption)
+    assert "About the origin itself the paper's letter does better (12.7 against 20.7" in caption
+    assert "moved away from it the paper's letter does worse (30.3 against 20.7" in caption
+    costs["absolute_r"] = CostFigures(math.inf, math.inf, math.inf)
+    assert "does" not in drawing("origin").caption(replace(results, origin=costs))
+
+
+def test_the_legend_of_the_adaptation_rate_leaves_its_title_alone():
+    with mpl.rc_context(SETTINGS):
+        figure = drawing("adaptation_rate").draw(_STUDIES["whole"])
+        FigureCanvasAgg(figure)
+        figure.draw_without_rendering()
+        axes = figure.axes[0]
+        legend = axes.get_legend().get_window_extent()
+        (title,) = [t for t in axes.findobj(mpl.text.Text) if t.get_text().startswith("largest")]
+        assert not legend.overlaps(title.get_window_extent())
+        assert len(axes.get_legend().get_texts()) == 6
 
 
 def test_a_bound_whose_conditions_fail_is_said_to_be_none():
@@ -135,6 +200,20 @@ def test_a_bound_whose_conditions_fail_is_said_to_be_none():
     assert "no bound γ0: the conditions do not hold" in _texts(
         "bounds", replace(results, guarantees=none)
     )
+
+
+def test_the_fitted_line_goes_through_the_points_of_the_fit_and_no_others():
+    results = _STUDIES["whole"]
+    sweep = results.adaptation_rate
+    with mpl.rc_context(SETTINGS):
+        lines = drawing("adaptation_rate").draw(results).axes[0].get_lines()
+    (line,) = [one for one in lines if one.get_label() == "slope −0.90"]
+    fitted = sweep.gammas[sweep.fitted]
+    assert line.get_xdata() == pytest.approx([fitted.min(), fitted.max()])
+    # The data of the factory lie on that very line, but for the first point, which is not fitted.
+    ends = sweep.exact_m_s[sweep.fitted, 0][[0, -1]] * 1e3
+    assert line.get_ydata() == pytest.approx(ends)
+    assert "fitted from Γ = 150 to 1000" in drawing("adaptation_rate").caption(results)
 
 
 def test_the_lag_is_stated_beside_each_controller():
