@@ -279,7 +279,8 @@ def paper(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder of the study; by default a new one. One that was interrupted goes on.",
+            help="Folder of the study; by default paper, or paper-quick. What was flown there and "
+            "has not changed since is not flown again.",
             metavar="DIR",
         ),
     ] = None,

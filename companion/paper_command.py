@@ -3,7 +3,6 @@
 import math
 import sys
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 from rich.console import Console
@@ -47,7 +46,7 @@ def run_paper(request: PaperRequest) -> Path:
     """
     need_report_libraries()
     scale = QUICK if request.quick else FULL
-    folder = request.out or Path(f"paper-{datetime.now(UTC):%Y%m%d-%H%M%S}")
+    folder = request.out or Path("paper-quick" if request.quick else "paper")
     folder.mkdir(parents=True, exist_ok=True)
     jobs = request.jobs or default_jobs()
     with ProgressDisplay("the paper's experiments") as display:

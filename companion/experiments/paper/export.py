@@ -76,6 +76,7 @@ def results_object(results: PaperResults, claims: Sequence[Claim]) -> dict[str, 
         "guarantees": _guarantees(results.guarantees),
         "adaptation_rate": _adaptation_rate(results),
         "reference_system": [_reference(one) for one in results.reference],
+        "identification": [asdict(model) for model in results.identification],
         "model_transfer": _model_transfer(results),
         "load_step": {n: _load(step) for n, step in results.changing_dynamics.load.items()},
         "hover_convergence": _hover(results.changing_dynamics.hover),
@@ -228,6 +229,8 @@ def _load(step: LoadStep) -> dict[str, Any]:
         "shortly_after": _spread(step.shortly_after),
         "settled": _spread(step.settled),
         "settled_without_load": _spread(step.settled_without),
+        "from_ideal": _spread(step.from_ideal),
+        "from_ideal_without_load": _spread(step.from_ideal_without),
         "largest_sag_m": step.largest_sag_m,
     }
 
@@ -239,6 +242,7 @@ def _hover(hover: HoverConvergence | None) -> dict[str, Any] | None:
         "expected_sine": hover.expected_sine,
         "settled_sine": hover.settled_sine,
         "settled_noisy_sine": hover.settled_noisy_sine,
+        "settled_offset_m": hover.settled_offset_m,
         "settling_s": hover.settling_s,
         "largest_speed_m_s": hover.largest_speed_m_s,
     }
