@@ -97,7 +97,7 @@ def test_a_part_of_mpc_pid_is_searched_from_where_its_file_stands(part, sections
     assert (begun[0], begun[2]) == pytest.approx(shipped.mpc_model.m[::2], rel=1e-3)
 
 
-def test_a_few_flights_find_gains_no_worse_than_the_starts(tmp_path, monkeypatch):
+def test_the_best_of_a_few_flights_is_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "short.csv").write_text(SHORT)
 
