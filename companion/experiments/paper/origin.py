@@ -27,6 +27,8 @@ class CostFigures:
     """The same trajectory, moved."""
     hover_offset_m: float
     """Distance of the mean position in a hover at the shifted point from that point."""
+    largest_change: float = math.nan
+    """Of the error by moving the origin, over all trajectories flown there, as a share."""
 
     @property
     def change(self) -> float:
@@ -47,15 +49,13 @@ def _hover(cost: str, seed: int) -> FlightTask:
 def tasks(scale: Scale) -> list[FlightTask]:
     """What is flown."""
     seed = scale.seeds[0]
-    return [
-        flown
+    flown = [
+        _fly(trajectory, cost, where, seed)
         for cost in COSTS
-        for flown in (
-            _fly(TRAJECTORY, cost, _HERE, seed),
-            _fly(TRAJECTORY, cost, SHIFT_ENU_M, seed),
-            _hover(cost, seed),
-        )
+        for trajectory in scale.origin_trajectories
+        for where in (_HERE, SHIFT_ENU_M)
     ]
+    return flown + [_hover(cost, seed) for cost in COSTS]
 
 
 def evaluate(flights: Flights, scale: Scale) -> dict[str, CostFigures]:
@@ -66,9 +66,18 @@ def evaluate(flights: Flights, scale: Scale) -> dict[str, CostFigures]:
             flights.summary(_fly(TRAJECTORY, cost, _HERE, seed)).mean_error_m,
             flights.summary(_fly(TRAJECTORY, cost, SHIFT_ENU_M, seed)).mean_error_m,
             _offset(flights, _hover(cost, seed)),
+            max(_change(flights, n, cost, seed) for n in scale.origin_trajectories),
         )
         for cost in COSTS
     }
+
+
+def _change(flights: Flights, trajectory: int, cost: str, seed: int) -> float:
+    here, there = (
+        flights.summary(_fly(trajectory, cost, where, seed)).mean_error_m
+        for where in (_HERE, SHIFT_ENU_M)
+    )
+    return abs(there - here) / here if math.isfinite(here + there) else math.inf
 
 
 def _offset(flights: Flights, task: FlightTask) -> float:

@@ -13,6 +13,8 @@ class Scale:
     """Of each controller on each trajectory in each wind."""
     adaptation_rates: tuple[float, ...]
     """Γ of the sweep, 1/s²."""
+    origin_trajectories: tuple[int, ...]
+    """Flown about a moved origin too."""
     mpc_ticks: int
     """Plans over which the computing times are measured."""
 
@@ -33,12 +35,14 @@ FULL = Scale(
         1400.0,
         2000.0,
     ),
+    origin_trajectories=(1, 2, 3, 4, 5),
     mpc_ticks=300,
 )
 QUICK = Scale(
     "quick",
     seeds=(1,),
     adaptation_rates=(50.0, 200.0, 300.0, 500.0, 1000.0, 2000.0),
+    origin_trajectories=(4,),
     mpc_ticks=40,
 )
 

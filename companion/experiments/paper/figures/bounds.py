@@ -44,8 +44,7 @@ def caption(results: PaperResults) -> str:
     if beyond:
         said += (
             f" On {' and '.join(beyond)} γ0 is beyond the vehicle's speed limit of "
-            f"{SPEED_LIMIT_M_S:g} m/s: no flight could come near it, so that it is a bound and "
-            "no test."
+            f"{SPEED_LIMIT_M_S:g} m/s: there it is a bound and no test."
         )
     if exact is not None:
         said += (
@@ -125,21 +124,29 @@ def _draw_error(
         axes.set_ylim(-4.0 * bound, 4.0 * bound)
         for sign in (1.0, -1.0):
             axes.axhline(sign * bound, **SHOULD_BE)
-        axes.annotate(
-            f"bound γ0 = ±{gamma_0_m_s:.3g} m/s; over the largest |ỹ|:\n{', '.join(ratios)}",
-            (0.99, bound),
-            (0, -3),
-            xycoords=axes.get_yaxis_transform(),
-            textcoords="offset points",
-            ha="right",
-            va="top",
-            fontsize=SMALL,
-            color=MUTED,
-        )
+        _write_at(axes, bound, f"bound γ0 = ±{gamma_0_m_s:.3g} m/s")
+        if ratios:
+            _write_at(axes, -bound, f"γ0 over the largest |ỹ|: {', '.join(ratios)}")
     else:
         axes.set_ylim(-1.2 * reach, 1.45 * reach)
         note(axes, "no bound γ0: the conditions do not hold")
     axes.set_title(f"ỹ {AXES[k]}, mm/s")
+
+
+def _write_at(axes: Axes, value: float, text: str) -> None:
+    """On the inner side of a horizontal line, at the right."""
+    below = value > 0.0
+    axes.annotate(
+        text,
+        (0.99, value),
+        (0, -3 if below else 3),
+        xycoords=axes.get_yaxis_transform(),
+        textcoords="offset points",
+        ha="right",
+        va="top" if below else "bottom",
+        fontsize=SMALL,
+        color=MUTED,
+    )
 
 
 def _draw_position(

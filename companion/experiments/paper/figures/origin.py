@@ -25,9 +25,14 @@ _NAMES = {
 
 def caption(results: PaperResults) -> str:
     """What is drawn."""
-    shift = ", ".join(f"{value:g}" for value in SHIFT_ENU_M)
+    shift = ", ".join(f"{value:g}" for value in SHIFT_ENU_M).replace("-", "−")
     changes = "; ".join(
         f"{_NAMES[cost]}: moving changes the error by {percent(figures.change)}"
+        + (
+            f" (at most {percent(figures.largest_change)} on any trajectory flown so)"
+            if math.isfinite(figures.largest_change)
+            else ""
+        )
         + (
             f", the hover is {figures.hover_offset_m * _MM:.1f} mm off"
             if math.isfinite(figures.hover_offset_m)
