@@ -54,6 +54,13 @@ def test_it_writes_the_page_the_figures_and_the_numbers_and_tells_both_tables(mo
         assert told in said.stdout
 
 
+def test_help_names_the_options_and_what_the_exit_status_means():
+    said = CliRunner().invoke(app, ["paper", "--help"], env={"COLUMNS": "200", "NO_COLOR": "1"})
+    assert said.exit_code == 0
+    for option in ("--quick", "--out", "--jobs", "report.html", "4 interrupted"):
+        assert option in said.stdout
+
+
 def test_without_a_folder_the_same_command_finds_the_same_one(monkeypatch):
     asked = flown(monkeypatch)
     paper("--quick", "--jobs", "1")
