@@ -110,7 +110,7 @@ def test_the_best_of_a_few_flights_is_written(tmp_path, monkeypatch):
     trials = (tmp_path / "tuned" / "pid-bebop2.jsonl").read_text().splitlines()
     costs = [json.loads(line)["evaluation"]["cost_m"] for line in trials]
     assert f"cost      {min(costs) * 1e3:.1f} mm" in said.stdout
-    assert all(0.0 < value < 5.0 for value in costs)
+    assert 0.0 < min(costs) < 5.0  # gains that leave the geofence are lost, and cost more
     assert load_flight(None, {"controller": "tuned/pid-bebop2.yaml"}, {}).controller.inner_pid
 
 
