@@ -41,9 +41,9 @@ FULL = Scale(
 QUICK = Scale(
     "quick",
     seeds=(1,),
-    adaptation_rates=(50.0, 200.0, 300.0, 500.0, 1000.0, 2000.0),
+    adaptation_rates=(100.0, 300.0, 500.0, 1000.0),
     origin_trajectories=(4,),
-    mpc_ticks=40,
+    mpc_ticks=30,
 )
 
 VEHICLE = "bebop2"
