@@ -23,7 +23,7 @@ from companion.trajectories.harmonic import TEST_TRAJECTORIES
 
 _MM = 1e3
 _MOST = 2.0
-"""The colour's end: this many times the identified model's error, or its inverse."""
+"""The colour's end: this many times the error of the trajectory's own model, or its inverse."""
 _COLOURS = "RdBu_r"
 _GAP = 0.35
 
@@ -35,7 +35,7 @@ def caption(results: PaperResults) -> str:
         "MPC-PID in calm air: mean error in millimetres on the trajectory of the column with the "
         "MPC's model tuned for the trajectory of the row (framed: at home); the last row is the "
         f"one model identified from steps. {_seeds(results)} The colour is the ratio to the "
-        "identified model in the same column, from half (blue) over equal (white) to twice (red). "
+        "trajectory's own model, from half (blue) over equal (white) to twice (red). "
         f"{_factors(results)}A foreign model is worse than "
         f"the trajectory's own in {100 * table.harmed_away:.0f} % of the cells."
     )
@@ -61,18 +61,18 @@ def draw(results: PaperResults) -> Figure:
     figure = new_figure(4.6)
     axes = figure.add_subplot()
     table = results.model_transfer
-    identified = np.array([s.mean for s in table.identified])
+    own = np.diagonal(table.errors_m)
     count = len(TRAJECTORIES)
     for row in range(count):
         for column in range(count):
             value = float(table.errors_m[row, column])
-            _cell(axes, row, column, value, float(identified[column]))
+            _cell(axes, row, column, value, float(own[column]))
         axes.add_patch(
             Rectangle((row, row), 1, 1, fill=False, edgecolor=INK, linewidth=2.0, zorder=3)
         )
     for column in range(count):
         spread = table.identified[column]
-        _cell(axes, count + _GAP, column, spread.mean, spread.mean, spread.std)
+        _cell(axes, count + _GAP, column, spread.mean, float(own[column]), spread.std)
     axes.set_xlim(0, count)
     axes.set_ylim(count + 1 + _GAP, 0)
     names = [TEST_TRAJECTORIES[number].name for number in TRAJECTORIES]
@@ -89,7 +89,7 @@ def draw(results: PaperResults) -> Figure:
 
 
 def _cell(
-    axes: Axes, row: float, column: int, value_m: float, identified_m: float, std: float = math.nan
+    axes: Axes, row: float, column: int, value_m: float, own_m: float, std: float = math.nan
 ) -> None:
     if not math.isfinite(value_m):
         axes.add_patch(
@@ -106,8 +106,8 @@ def _cell(
             bbox={"facecolor": PAPER, "edgecolor": "none", "pad": 3},
         )
         return
-    known = math.isfinite(identified_m) and identified_m > 0.0 and value_m > 0.0
-    ratio = math.log2(value_m / identified_m) / math.log2(_MOST) if known else 0.0
+    known = math.isfinite(own_m) and own_m > 0.0 and value_m > 0.0
+    ratio = math.log2(value_m / own_m) / math.log2(_MOST) if known else 0.0
     # The ends of the map are too dark for letters.
     shade = colormaps[_COLOURS](0.5 + 0.32 * Normalize(-1, 1, clip=True)(ratio) * 2 - 0.32)
     axes.add_patch(Rectangle((column, row), 1, 1, facecolor=shade, edgecolor="none"))
