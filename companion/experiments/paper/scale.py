@@ -1,6 +1,5 @@
 """How much is flown: the whole study, or a quick look."""
 
-import math
 from dataclasses import dataclass
 
 
@@ -48,7 +47,5 @@ QUICK = Scale(
 
 VEHICLE = "bebop2"
 TRAJECTORIES = (1, 2, 3, 4, 5)
-TRIM_SINE = math.sin(math.radians(0.8))
-"""Largest trim of that vehicle on each axis, drawn by seed; none with exact sensors."""
 VELOCITY_NOISE_M_S = 0.015
 """Standard deviation of that vehicle's measured velocity, by motion capture."""
