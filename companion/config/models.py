@@ -2,22 +2,12 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-Vector = Annotated[tuple[float, float, float], Field(strict=False)]
-"""Three numbers; the sequence may be a list, which is what YAML has, the numbers are strict."""
-Positive = Annotated[float, Field(gt=0.0)]
-NonNegative = Annotated[float, Field(ge=0.0)]
-PerAxis = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
+from companion.config.base import NonNegative, PerAxis, Positive, Section, Vector
 
 
-class _Model(BaseModel):
-    """Closed, frozen, finite and strict: a quoted number or a `true` for one is a mistake."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
-
-
-class ResponseConfig(_Model):
+class ResponseConfig(Section):
     """A second-order response from a command to what it commands, of gain 1."""
 
     natural_frequency_rad_s: Positive
@@ -25,7 +15,7 @@ class ResponseConfig(_Model):
     delay_s: NonNegative = Field(default=0.0, description="Dead time before it, of the vehicle.")
 
 
-class DynamicsConfig(_Model):
+class DynamicsConfig(Section):
     """How a vehicle answers, as stated or identified: the linear A(s) of the theory."""
 
     attitude: ResponseConfig = Field(description="Tilt setpoint → tilt.")
@@ -39,7 +29,7 @@ class DynamicsConfig(_Model):
     quadratic_drag_1_m: NonNegative = Field(description="k2 in the drag k1 v + k2 v|v| per mass.")
 
 
-class VehicleConfig(_Model):
+class VehicleConfig(Section):
     """What a user (or an identification) knows about a vehicle; never the simulator's truth."""
 
     name: str = Field(
@@ -70,7 +60,7 @@ class VehicleConfig(_Model):
         return self
 
 
-class TransferFunctionConfig(_Model):
+class TransferFunctionConfig(Section):
     """A strictly proper transfer function; coefficients in descending powers of s."""
 
     numerator: Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
@@ -84,7 +74,7 @@ TransferFunctions = Annotated[
 NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
 
 
-class L1Config(_Model):
+class L1Config(Section):
     """Gains of the L1 controller, per axis (x, y, z)."""
 
     m: PerAxis | None = Field(
@@ -115,7 +105,7 @@ class L1Config(_Model):
         return self
 
 
-class PidConfig(_Model):
+class PidConfig(Section):
     """A PID law, per axis (x, y, z); its derivative is of the measurement."""
 
     kp: NonNegativePerAxis
@@ -133,7 +123,7 @@ class OuterPidConfig(PidConfig):
     )
 
 
-class LqrConfig(_Model):
+class LqrConfig(Section):
     """An LQR with integral action over D(s), per axis (x, y, z)."""
 
     position: PerAxis = Field(description="Weight on (y2* - y2)².")
@@ -146,14 +136,14 @@ class LqrConfig(_Model):
     )
 
 
-class MpcModelConfig(_Model):
+class MpcModelConfig(Section):
     """A second-order model ``K m / (s² + m s + K m)`` per axis: ωn² = K m, 2 ζ ωn = m."""
 
     m: PerAxis
     k: PerAxis
 
 
-class MpcConfig(_Model):
+class MpcConfig(Section):
     """The outer controller."""
 
     period_s: Annotated[float, Field(ge=0.01, le=0.5)] = 0.03
@@ -166,7 +156,7 @@ class MpcConfig(_Model):
     solver: Literal["osqp"] = "osqp"
 
 
-class ThrustConfig(_Model):
+class ThrustConfig(Section):
     """The climb-rate loop and the hover-thrust estimator."""
 
     proportional: Positive = 4.0
@@ -176,7 +166,7 @@ class ThrustConfig(_Model):
     acceleration_noise_m_s2: Positive = 0.2
 
 
-class YawConfig(_Model):
+class YawConfig(Section):
     """The yaw law."""
 
     gain: Positive = 1.5
@@ -197,7 +187,7 @@ FRAMEWORK_SECTIONS: dict[Framework, tuple[str, ...]] = {
 """The sections of gains that each framework reads."""
 
 
-class ControllerConfig(_Model):
+class ControllerConfig(Section):
     """A named stack with its gains."""
 
     framework: Framework
@@ -233,7 +223,7 @@ class ControllerConfig(_Model):
         return self
 
 
-class GeofenceConfig(_Model):
+class GeofenceConfig(Section):
     """A box in the autopilot's local frame, ENU m."""
 
     low_m: Vector = (-3.0, -3.0, 0.2)
@@ -246,7 +236,7 @@ class GeofenceConfig(_Model):
         return self
 
 
-class TimeoutsConfig(_Model):
+class TimeoutsConfig(Section):
     """How long the companion waits for what, s (of the autopilot's time where it flies)."""
 
     connect_s: Positive = 20.0
@@ -262,7 +252,7 @@ class TimeoutsConfig(_Model):
     )
 
 
-class SupervisorConfig(_Model):
+class SupervisorConfig(Section):
     """When the ladder of fallbacks is climbed down."""
 
     state_age_limit_s: Annotated[float, Field(ge=0.03, le=0.5)] = Field(
@@ -276,7 +266,7 @@ class SupervisorConfig(_Model):
     )
 
 
-class MissionConfig(_Model):
+class MissionConfig(Section):
     """A flight."""
 
     @field_validator("trajectory", mode="before")

@@ -41,6 +41,10 @@ _NOBODY = (0, 0)
 """Whom an acknowledgement names whose sender does not say."""
 
 
+FrameListener = Callable[[Frame, float], None]
+"""Takes a frame and the loop's time at which it came."""
+
+
 class FrameLog(Protocol):
     """Where frames are recorded."""
 
@@ -76,6 +80,10 @@ class Connection:
         """Called with each usable sample and the loop's time at which it came; must not raise."""
         self.on_trouble: Callable[[str], None] | None = None
         """Told, once for each kind of message, what could not be dealt with."""
+        self.listeners: dict[int, list[FrameListener]] = {}
+        """Who else is given the vehicle's frames, by message id, after the flight has read them."""
+        self.chores: list[Callable[[float], None]] = []
+        """Called at each round of housekeeping with the loop's time."""
         self._link = link
         self._log = log
         self._packer = Packer(1)
@@ -167,6 +175,8 @@ class Connection:
             for outgoing in self.clock.outgoing(now_s):
                 self.send(outgoing)
             self.exchanges.pump(now_s)
+            for chore in self.chores:
+                chore(now_s)
             self.waiting.wake()
         except Exception as error:
             self._trouble("housekeeping", error)
@@ -208,6 +218,8 @@ class Connection:
                 self.exchanges.on_ack(received_s, ack)
         elif message_id in REPORT_IDS:
             self.reports.take(frame)
+        for listener in self.listeners.get(message_id, ()):
+            listener(frame, received_s)
 
     def _on_odometry(self, frame: Frame, received_s: float) -> None:
         sample = state_from_odometry(frame)

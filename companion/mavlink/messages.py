@@ -14,6 +14,9 @@ class MessageId(IntEnum):
 
     HEARTBEAT = 0
     SYS_STATUS = 1
+    PARAM_REQUEST_READ = 20
+    PARAM_VALUE = 22
+    PARAM_SET = 23
     GPS_RAW_INT = 24
     ATTITUDE = 30
     ATTITUDE_QUATERNION = 31
@@ -33,6 +36,7 @@ class MessageId(IntEnum):
     DEBUG_VECT = 250
     STATUSTEXT = 253
     ODOMETRY = 331
+    PARAM_ERROR = 345
     CURRENT_MODE = 436
 
 

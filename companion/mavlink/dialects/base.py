@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol
 
 from companion.mavlink.commands import Command
@@ -37,6 +38,13 @@ class HandOver:
     """What the vehicle then does, for a person."""
 
 
+class ParameterEncoding(Enum):
+    """How integer parameters travel in PARAM_VALUE's float."""
+
+    BYTEWISE = "bytewise"
+    C_CAST = "c cast"
+
+
 class AutopilotDialect(Protocol):
     """Everything the flight needs to know about one kind of autopilot."""
 
@@ -51,6 +59,10 @@ class AutopilotDialect(Protocol):
     @property
     def streams(self) -> Sequence[Stream]:
         """What to ask for."""
+
+    @property
+    def parameter_encoding(self) -> ParameterEncoding:
+        """How integers travel."""
 
     @property
     def hand_over(self) -> HandOver:

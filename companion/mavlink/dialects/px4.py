@@ -1,7 +1,7 @@
 """PX4, as a running v1.17 behaves on the wire."""
 
 from companion.mavlink.commands import Command, CommandId, takeoff_here
-from companion.mavlink.dialects.base import HandOver, Readiness, Stream
+from companion.mavlink.dialects.base import HandOver, ParameterEncoding, Readiness, Stream
 from companion.mavlink.messages import MessageId, Target
 
 _CUSTOM_MODE_ENABLED = 1.0
@@ -70,6 +70,7 @@ class Px4:
         Stream(MessageId.ATTITUDE_TARGET, 0.100, required=False),
         Stream(MessageId.BATTERY_STATUS, 1.000, required=False),
     )
+    parameter_encoding = ParameterEncoding.BYTEWISE
     hand_over = HandOver(
         modes=(),
         explanation="the setpoint stream stops and PX4's failsafe (COM_OBL_RC_ACT) acts after "

@@ -1,20 +1,34 @@
-"""Commands and mode changes: who asks when, and what is believed."""
+"""Commands, mode changes and parameters: who asks when, and what is believed."""
 
 import math
+import struct
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from companion.mavlink.codec import Packer, decode
+from companion.mavlink.codec import Packer, decode, encode
 from companion.mavlink.command_exchange import CommandExchange, CommandQueue
 from companion.mavlink.commands import Ack, arm, disarm, message_interval
+from companion.mavlink.dialects.base import ParameterEncoding
 from companion.mavlink.dialects.px4 import Px4
 from companion.mavlink.exchange import Patience, Verdict
 from companion.mavlink.framing import Framer
-from companion.mavlink.messages import Target
+from companion.mavlink.messages import Outgoing, Target
 from companion.mavlink.mode_change import ModeChange
+from companion.mavlink.parameter_exchange import ParameterExchange
+from companion.mavlink.parameters import (
+    ParameterError,
+    ParameterType,
+    decode_value,
+    encode_value,
+    parameter_from_frame,
+    read_request,
+)
 
 TARGET = Target(1, 1)
 PATIENCE = Patience(timeout_s=0.5, attempts=3, in_progress_timeout_s=2.0)
+BYTEWISE, C_CAST = ParameterEncoding.BYTEWISE, ParameterEncoding.C_CAST
 
 
 def sent(outgoing, component=191):
@@ -226,3 +240,148 @@ class TestModeChange:
         assert change.verdict is Verdict.TIMED_OUT
         assert "CURRENT_MODE" in change.explanation
         assert "acknowledged" in change.explanation
+
+
+class TestParameterValues:
+    @settings(deadline=None, derandomize=True)
+    @given(st.integers(-(2**31), 2**31 - 1))
+    def test_every_integer_survives_bytewise_nans_included(self, value):
+        # The bytes of many of these integers are those of a NaN.
+        data = encode_value(value, ParameterType.INT32, BYTEWISE)
+        assert data == struct.pack("<i", value)
+        assert decode_value(data, ParameterType.INT32, BYTEWISE) == value
+
+    @settings(deadline=None, derandomize=True)
+    @given(st.integers(-(2**24), 2**24))
+    def test_integers_survive_the_c_cast_as_far_as_floats_hold_them(self, value):
+        data = encode_value(value, ParameterType.INT32, C_CAST)
+        assert data == struct.pack("<f", float(value))
+        assert decode_value(data, ParameterType.INT32, C_CAST) == value
+
+    @pytest.mark.parametrize("kind", list(ParameterType))
+    @pytest.mark.parametrize("encoding", [BYTEWISE, C_CAST])
+    def test_every_type_takes_four_bytes_and_comes_back(self, kind, encoding):
+        data = encode_value(100, kind, encoding)
+
+        assert len(data) == 4
+        assert decode_value(data, kind, encoding) == 100
+
+    @pytest.mark.parametrize(
+        ("value", "kind"),
+        [
+            (math.nan, ParameterType.REAL32),
+            (1e39, ParameterType.REAL32),
+            (1.5, ParameterType.INT32),
+            (2**31, ParameterType.INT32),
+            (-1, ParameterType.UINT8),
+        ],
+    )
+    def test_values_that_do_not_fit_are_refused(self, value, kind):
+        with pytest.raises(ParameterError):
+            encode_value(value, kind, BYTEWISE)
+
+    @pytest.mark.parametrize("name", ["", "SEVENTEEN_LETTERS", "MÜLL"])
+    def test_names_that_cannot_be_are_refused(self, name):
+        with pytest.raises(ParameterError, match="names"):
+            read_request(name, TARGET)
+
+
+def value_frame(name, value, kind=ParameterType.INT32, encoding=BYTEWISE):
+    payload = struct.pack(
+        "<4sHH16sB", encode_value(value, kind, encoding), 1, 0, name.encode(), kind
+    )
+    (frame,) = Framer().feed(Packer(1, 1).pack(Outgoing(22, payload)))
+    return frame
+
+
+def error_frame(name, error):
+    (frame,) = Framer().feed(
+        Packer(1, 1).pack(
+            encode(
+                "PARAM_ERROR",
+                target_system=1, target_component=191, param_id=name.encode(), param_index=-1,
+                error=error,
+            )
+        )
+    )  # fmt: skip
+    return frame
+
+
+class TestParameterExchange:
+    def test_a_read_ends_with_the_value(self):
+        exchange = ParameterExchange("COM_OBL_RC_ACT", TARGET, BYTEWISE, patience=PATIENCE)
+        request = sent(exchange.outgoing(0.0)[0])
+        exchange.on_frame(value_frame("OTHER", 7))
+        assert exchange.verdict is Verdict.PENDING
+
+        exchange.on_frame(value_frame("COM_OBL_RC_ACT", 5))
+
+        assert (request.param_id, request.param_index) == ("COM_OBL_RC_ACT", -1)
+        assert exchange.verdict is Verdict.ACCEPTED
+        assert exchange.parameter.value == 5
+
+    def test_a_write_learns_the_type_first_and_is_believed_when_reported(self):
+        exchange = ParameterExchange("COM_OBL_RC_ACT", TARGET, BYTEWISE, 5, PATIENCE)
+        assert sent(exchange.outgoing(0.0)[0]).get_type() == "PARAM_REQUEST_READ"
+        exchange.on_frame(value_frame("COM_OBL_RC_ACT", 0))
+
+        setting = sent(exchange.outgoing(0.01)[0])
+        exchange.on_frame(value_frame("COM_OBL_RC_ACT", 0))
+        assert exchange.verdict is Verdict.PENDING, "a late answer to the read"
+        exchange.on_frame(value_frame("COM_OBL_RC_ACT", 5))
+
+        assert setting.get_type() == "PARAM_SET"
+        assert setting.param_type == ParameterType.INT32
+        assert struct.pack("<f", setting.param_value) == struct.pack("<i", 5)
+        assert exchange.verdict is Verdict.ACCEPTED
+
+    def test_a_value_that_is_right_already_is_not_written(self):
+        exchange = ParameterExchange("MPC_THR_HOVER", TARGET, BYTEWISE, 0.3, PATIENCE)
+        exchange.outgoing(0.0)
+
+        exchange.on_frame(value_frame("MPC_THR_HOVER", 0.3, ParameterType.REAL32))
+
+        assert exchange.verdict is Verdict.ACCEPTED
+        assert exchange.outgoing(1.0) == []
+
+    def test_a_value_that_stays_is_a_refusal(self):
+        exchange = ParameterExchange("COM_OBL_RC_ACT", TARGET, C_CAST, 5, PATIENCE)
+        exchange.outgoing(0.0)
+        for step in range(5):
+            exchange.on_frame(value_frame("COM_OBL_RC_ACT", 3, encoding=C_CAST))
+            exchange.outgoing(0.1 + step)
+
+        assert exchange.verdict is Verdict.REFUSED
+        assert "still 3, not 5" in exchange.explanation
+
+    def test_errors_are_told_in_words(self):
+        exchange = ParameterExchange("NO_SUCH", TARGET, BYTEWISE, patience=PATIENCE)
+        exchange.outgoing(0.0)
+
+        exchange.on_frame(error_frame("NO_SUCH", 1))
+
+        assert exchange.verdict is Verdict.REFUSED
+        assert "no such parameter" in exchange.explanation
+
+    def test_silence_is_a_time_out(self):
+        exchange = ParameterExchange("COM_OBL_RC_ACT", TARGET, BYTEWISE, patience=PATIENCE)
+        for t in (0.0, 0.5, 1.0, 1.5):
+            exchange.outgoing(t)
+
+        assert exchange.verdict is Verdict.TIMED_OUT
+        assert "PARAM_VALUE" in exchange.explanation
+
+    def test_a_value_that_the_type_cannot_hold_is_refused_before_it_is_sent(self):
+        exchange = ParameterExchange("COM_OBL_RC_ACT", TARGET, BYTEWISE, 5.5, PATIENCE)
+        exchange.outgoing(0.0)
+        exchange.on_frame(value_frame("COM_OBL_RC_ACT", 0))
+
+        assert exchange.outgoing(0.1) == []
+        assert exchange.verdict is Verdict.REFUSED
+        assert "5.5" in exchange.explanation
+
+    def test_a_type_that_the_field_cannot_hold_is_no_parameter(self):
+        payload = struct.pack("<4sHH16sB", b"\0" * 4, 1, 0, b"BIG", 7)
+        (frame,) = Framer().feed(Packer(1, 1).pack(Outgoing(22, payload)))
+
+        assert parameter_from_frame(frame, BYTEWISE) is None
