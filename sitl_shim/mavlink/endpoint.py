@@ -2,12 +2,10 @@
 
 from collections import deque
 from collections.abc import Sequence
-from itertools import islice
 from typing import NamedTuple
 
 from sitl_shim.autopilot.interface import AttitudeTarget, Command
 from sitl_shim.frames import attitude_from_wire, swap_flu_frd
-from sitl_shim.mavlink import ftp, parameters
 from sitl_shim.mavlink.commands import (
     UNSUPPORTED,
     acknowledgement,
@@ -17,14 +15,13 @@ from sitl_shim.mavlink.commands import (
 )
 from sitl_shim.mavlink.link import AUTOPILOT_COMPONENT_ID, Link
 from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
+from sitl_shim.mavlink.services.context import Context
+from sitl_shim.mavlink.services.dispatcher import Services
 from sitl_shim.mavlink.statustext import status_messages
 from sitl_shim.mavlink.streams import LISTENS_FROM_US, LinkKind
-from sitl_shim.mavlink.wire import Message, dialect
+from sitl_shim.mavlink.wire import Message
 from sitl_shim.simulation import ShimOptions, Simulation
 
-_PARAMETERS_PER_TICK = 4
-_TELLS_PARAMETERS_US = 480_000
-"""PX4 tells unasked, while it boots, which parameters the airframe has set."""
 _GROUND_STATION = 6
 """MAV_TYPE_GCS."""
 
@@ -64,6 +61,7 @@ class Shim:
             )
             for kind in links
         ]
+        self._services = Services(Context(self.simulation, self._links, options.system_id))
         vehicle = self.simulation.vehicle
         self._command_delay_us = vehicle.command_delay_s * 1e6
         self._telemetry_delay_s = vehicle.telemetry_delay_s
@@ -101,14 +99,10 @@ class Shim:
             sim.autopilot.take_texts()
             return []
         due_s = sim.time_us / 1e6 + self._telemetry_delay_s
-        if sim.time_us == _TELLS_PARAMETERS_US:
-            for link in self._links:
-                link.parameter_list = parameters.list_changed(sim.autopilot.parameters)
         self._send_texts()
+        self._services.step(sim.time_us)
         datagrams: list[Datagram] = []
         for index, link in enumerate(self._links):
-            if link.parameter_list is not None:
-                self._send_parameters(link)
             link.stream(sim)
             if link.outgoing:
                 datagrams += [Datagram(due_s, index, frame) for frame in link.outgoing]
@@ -123,16 +117,6 @@ class Shim:
                     if link.has_ground_station(now_us):
                         link.send(message)
             self._text_id = (self._text_id + 1) & 0xFFFF
-
-    @staticmethod
-    def _send_parameters(link: Link) -> None:
-        if link.parameter_list is None:
-            return
-        batch = list(islice(link.parameter_list, _PARAMETERS_PER_TICK))
-        for message in batch:
-            link.send(message)
-        if len(batch) < _PARAMETERS_PER_TICK:
-            link.parameter_list = None
 
     # --- what comes in ---
 
@@ -154,25 +138,8 @@ class Shim:
             self._forward(index, message)
         elif name in ("COMMAND_LONG", "COMMAND_INT"):
             self._handle_command(link, message)
-        elif name == "TIMESYNC":
-            if message.tc1 == 0:
-                now_ns = self.simulation.time_us * 1000
-                link.send(dialect.MAVLink_timesync_message(now_ns, message.ts1))
-        elif name == "PING":
-            if message.target_system == 0 and message.target_component == 0:
-                link.send(
-                    dialect.MAVLink_ping_message(
-                        message.time_usec,
-                        message.seq,
-                        message.get_srcSystem(),
-                        message.get_srcComponent(),
-                    )
-                )
-        elif name == "FILE_TRANSFER_PROTOCOL":
-            if self._is_for(message, AUTOPILOT_COMPONENT_ID):
-                link.send(ftp.answer(message))
-        elif name.startswith("PARAM_"):
-            self._handle_parameter(link, message, name)
+        else:
+            self._services.handle(index, message)
 
     def _is_for(self, message: Message, component: int, *, any_system: bool = False) -> bool:
         """Whether a message is addressed to this system and component."""
@@ -213,22 +180,6 @@ class Shim:
                 due_us = sim.time_us + ack.delay_us
                 link.send_later(acknowledgement(message, ack.result), due_us)
         self._commands = []
-
-    def _handle_parameter(self, link: Link, message: Message, name: str) -> None:
-        store = self.simulation.autopilot.parameters
-        if name == "PARAM_REQUEST_LIST":
-            if self._is_for(message, AUTOPILOT_COMPONENT_ID, any_system=True):
-                link.parameter_list = parameters.list_all(store)
-        elif name == "PARAM_REQUEST_READ":
-            if self._is_for(message, AUTOPILOT_COMPONENT_ID):
-                link.send(parameters.read(store, message))
-        elif name == "PARAM_SET" and self._is_for(message, AUTOPILOT_COMPONENT_ID):
-            reply, taken = parameters.write(store, message)
-            link.send(reply)
-            if taken:  # every other link hears of the change, too
-                for other in self._links:
-                    if other is not link:
-                        other.send(reply)
 
     def _forward(self, index: int, message: Message) -> None:
         """Pass a heartbeat on to the other links, as PX4 does with what is for everybody."""

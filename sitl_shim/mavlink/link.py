@@ -1,7 +1,6 @@
 """One MAVLink link of the vehicle: its streams, its numbering, what waits to leave."""
 
 from collections import deque
-from collections.abc import Iterator
 
 from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
 from sitl_shim.mavlink.streams import (
@@ -37,7 +36,6 @@ class Link:
         "_truth",
         "kind",
         "outgoing",
-        "parameter_list",
         "parser",
         "streams",
         "truth_streams",
@@ -56,8 +54,6 @@ class Link:
         )
         self.outgoing: list[bytes] = []
         """Frames that leave at this tick."""
-        self.parameter_list: Iterator[Message] | None = None
-        """What is left of a parameter list that is being sent."""
         self._autopilot = Packer(system_id, AUTOPILOT_COMPONENT_ID)
         self._truth = Packer(system_id, TRUTH_COMPONENT_ID)
         self._late: deque[tuple[int, Message]] = deque()

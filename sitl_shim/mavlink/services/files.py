@@ -5,7 +5,9 @@ and after many seconds when it is not.  https://mavlink.io/en/services/ftp.html
 """
 
 import struct
+from collections.abc import Callable, Mapping
 
+from sitl_shim.mavlink.services.context import Context
 from sitl_shim.mavlink.wire import Message, dialect
 
 _HEADER = struct.Struct("<HBBBBBxI")
@@ -14,6 +16,29 @@ _PAYLOAD_BYTES = 251
 _RESET_SESSIONS, _TERMINATE_SESSION = 2, 1
 _ACK, _NAK = 128, 129
 _INVALID_SESSION, _FILE_NOT_FOUND = 4, 10
+
+
+class Files:
+    """Answers about files.
+
+    Args:
+        context: of the vehicle.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[int, Message], None]]:
+        """What it reads."""
+        return {"FILE_TRANSFER_PROTOCOL": self._answer}
+
+    def step(self, now_us: int) -> None:
+        """Nothing is sent unasked."""
+
+    def _answer(self, link: int, message: Message) -> None:
+        if self._context.concerns(message):
+            self._context.links[link].send(answer(message))
 
 
 def answer(request: Message) -> Message:

@@ -4,7 +4,8 @@ https://mavlink.io/en/services/parameter.html
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from itertools import islice
 
 from sitl_shim.autopilot.parameters import (
     ParameterRangeError,
@@ -12,12 +13,70 @@ from sitl_shim.autopilot.parameters import (
     ParameterType,
     UnknownParameterError,
 )
+from sitl_shim.mavlink.services.context import Context
 from sitl_shim.mavlink.wire import Message, dialect
 
 _HASH_NAME = "_HASH_CHECK"
 _HASH_INDEX = 65535
 _UINT32 = 5
 _DOES_NOT_EXIST, _OUT_OF_RANGE, _TYPE_MISMATCH = 1, 2, 7
+
+
+_PER_TICK = 4
+"""Messages of a list that leave at one tick: PX4 sends 888 in 0.9 s."""
+_TELLS_US = 480_000
+"""PX4 tells unasked, while it boots, which parameters the airframe has set."""
+
+
+class Parameters:
+    """The parameter protocol on all links.
+
+    Args:
+        context: of the vehicle.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._lists: dict[int, Iterator[Message]] = {}
+        """What is left of the lists that are being sent, by link."""
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[int, Message], None]]:
+        """What it reads."""
+        return {
+            "PARAM_REQUEST_LIST": self._list,
+            "PARAM_REQUEST_READ": self._read,
+            "PARAM_SET": self._set,
+        }
+
+    def step(self, now_us: int) -> None:
+        """Send the next part of the lists."""
+        if now_us == _TELLS_US:
+            for link in range(len(self._context.links)):
+                self._lists[link] = list_changed(self._context.sim.autopilot.parameters)
+        for link, rest in list(self._lists.items()):
+            batch = list(islice(rest, _PER_TICK))
+            for message in batch:
+                self._context.links[link].send(message)
+            if len(batch) < _PER_TICK:
+                del self._lists[link]
+
+    def _list(self, link: int, message: Message) -> None:
+        if self._context.concerns(message, any_system=True):
+            self._lists[link] = list_all(self._context.sim.autopilot.parameters)
+
+    def _read(self, link: int, message: Message) -> None:
+        if self._context.concerns(message):
+            store = self._context.sim.autopilot.parameters
+            self._context.links[link].send(read(store, message))
+
+    def _set(self, link: int, message: Message) -> None:
+        if not self._context.concerns(message):
+            return
+        reply, taken = write(self._context.sim.autopilot.parameters, message)
+        for index, each in enumerate(self._context.links):
+            if taken or index == link:  # every other link hears of a change, too
+                each.send(reply)
 
 
 def list_all(store: ParameterStore) -> Iterator[Message]:

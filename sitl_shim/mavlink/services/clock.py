@@ -1,0 +1,45 @@
+"""TIMESYNC and PING: whoever asks is answered with the time of the boot.
+
+https://mavlink.io/en/services/timesync.html, https://mavlink.io/en/services/ping.html
+"""
+
+from collections.abc import Callable, Mapping
+
+from sitl_shim.mavlink.services.context import Context
+from sitl_shim.mavlink.wire import Message, dialect
+
+
+class Clock:
+    """Answers to questions about time.
+
+    Args:
+        context: of the vehicle.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[int, Message], None]]:
+        """What it reads."""
+        return {"TIMESYNC": self._timesync, "PING": self._ping}
+
+    def step(self, now_us: int) -> None:
+        """Its own questions are streams."""
+
+    def _timesync(self, link: int, message: Message) -> None:
+        if message.tc1 == 0:
+            now_ns = self._context.sim.time_us * 1000
+            answer = dialect.MAVLink_timesync_message(now_ns, message.ts1)
+            self._context.links[link].send(answer)
+
+    def _ping(self, link: int, message: Message) -> None:
+        if message.target_system == 0 and message.target_component == 0:
+            self._context.links[link].send(
+                dialect.MAVLink_ping_message(
+                    message.time_usec,
+                    message.seq,
+                    message.get_srcSystem(),
+                    message.get_srcComponent(),
+                )
+            )

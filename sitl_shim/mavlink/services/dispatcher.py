@@ -1,0 +1,51 @@
+"""Leads each message that comes in to the microservice that reads it."""
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from sitl_shim.mavlink.services.clock import Clock
+from sitl_shim.mavlink.services.context import Context
+from sitl_shim.mavlink.services.files import Files
+from sitl_shim.mavlink.services.parameters import Parameters
+from sitl_shim.mavlink.wire import Message
+
+Handler = Callable[[int, Message], None]
+"""Takes the index of the link that a message came by, and the message."""
+
+
+class Service(Protocol):
+    """One microservice, on all links of the vehicle."""
+
+    @property
+    def handlers(self) -> Mapping[str, Handler]:
+        """What it reads, by the name of the message."""
+
+    def step(self, now_us: int) -> None:
+        """Send what is due at this tick; called every 4 ms once the links are up."""
+
+
+class Services:
+    """All microservices of one vehicle.
+
+    Args:
+        context: of the vehicle.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._services: tuple[Service, ...] = (Clock(context), Parameters(context), Files(context))
+        self._handlers: dict[str, Handler] = {}
+        for service in self._services:
+            self._handlers.update(service.handlers)
+
+    def handle(self, link: int, message: Message) -> bool:
+        """Lead a message to its service; False if there is none for it."""
+        handler = self._handlers.get(message.get_type())
+        if handler is None:
+            return False
+        handler(link, message)
+        return True
+
+    def step(self, now_us: int) -> None:
+        """Let every service send what is due at this tick."""
+        for service in self._services:
+            service.step(now_us)
