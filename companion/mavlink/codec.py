@@ -5,13 +5,16 @@ from functools import cache
 from itertools import accumulate
 from typing import Any
 
-from companion.mavlink.crc import CRC_TABLE, crc16
+from companion.mavlink.crc import CRC_INDEX, CRC_TABLE, crc16
 from companion.mavlink.dialect import CRC_EXTRA, MESSAGE_CLASSES, MAVLink, Message, message_class
 from companion.mavlink.framing import Frame
 from companion.mavlink.messages import COMPONENT_ONBOARD_COMPUTER, Outgoing
+from companion.mavlink.signing import Signer
 
 _HEADER = struct.Struct("<BBBBBBHB")
 """Header of MAVLink 2 behind the magic byte."""
+_SIGNED = 0x01
+"""Incompatibility flag of a packet with a signature."""
 
 
 class UnknownMessageError(Exception):
@@ -76,18 +79,33 @@ def encode(name: str, /, **fields: Any) -> Outgoing:  # noqa: ANN401 - fields di
 class Packer:
     """Puts header and CRC around payloads, as one system and component, and counts them."""
 
-    __slots__ = ("component_id", "sequence", "system_id")
+    __slots__ = ("_signer", "component_id", "sequence", "system_id")
 
-    def __init__(self, system_id: int, component_id: int = COMPONENT_ONBOARD_COMPUTER) -> None:
-        """Pack as `component_id` of `system_id` (a companion has the vehicle's system id)."""
+    def __init__(
+        self,
+        system_id: int,
+        component_id: int = COMPONENT_ONBOARD_COMPUTER,
+        signer: Signer | None = None,
+    ) -> None:
+        """Pack as `component_id` of `system_id` (a companion has the vehicle's system id).
+
+        Args:
+            system_id: 1..255.
+            component_id: 1..255.
+            signer: signs every packet; None leaves them unsigned.
+
+        Raises:
+            ValueError: there are no such ids.
+        """
         if not 1 <= system_id <= 255 or not 1 <= component_id <= 255:
             raise ValueError(f"MAVLink ids are 1..255, not {system_id}/{component_id}")
         self.system_id = system_id
         self.component_id = component_id
         self.sequence = 0
+        self._signer = signer
 
     def pack(self, outgoing: Outgoing) -> bytes:
-        """Make the MAVLink 2 packet, trailing zeros of the payload cut off, unsigned.
+        """Make the MAVLink 2 packet, trailing zeros of the payload cut off.
 
         Raises:
             KeyError: nobody knows the message's CRC_EXTRA.
@@ -97,7 +115,7 @@ class Packer:
         covered = (
             _HEADER.pack(
                 len(payload),
-                0,
+                0 if self._signer is None else _SIGNED,
                 0,
                 self.sequence,
                 self.system_id,
@@ -110,4 +128,26 @@ class Packer:
         self.sequence = (self.sequence + 1) & 0xFF
         crc = crc16(covered)
         crc = CRC_TABLE[(crc ^ CRC_EXTRA[message_id]) & 0xFF] ^ (crc >> 8)
-        return b"\xfd" + covered + crc.to_bytes(2, "little")
+        packet = b"\xfd" + covered + crc.to_bytes(2, "little")
+        return packet if self._signer is None else self._signer.sign(packet)
+
+
+def signed_anew(frame: Frame, signer: Signer) -> bytes | None:
+    """A packet of somebody else, under our signature: for what is forwarded to a link with a key.
+
+    Returns:
+        The packet with sender, sequence and payload as they were; None for one of MAVLink 1,
+        which can't be signed.
+    """
+    if frame.version != 2:
+        return None
+    raw = frame.raw
+    end = 10 + raw[1]
+    # The CRC covers the flag that announces the signature.  What closes it (CRC_EXTRA) is solved
+    # from the old one, so that messages which the dialect does not know can be signed, too.
+    crc = crc16(raw[1:end])
+    extra = CRC_INDEX[(raw[end] | raw[end + 1] << 8) ^ (crc >> 8)] ^ (crc & 0xFF)
+    covered = raw[1:2] + bytes([raw[2] | _SIGNED]) + raw[3:end]
+    crc = crc16(covered)
+    crc = CRC_TABLE[(crc ^ extra) & 0xFF] ^ (crc >> 8)
+    return signer.sign(b"\xfd" + covered + crc.to_bytes(2, "little"))

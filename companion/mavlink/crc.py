@@ -19,6 +19,9 @@ def _entry(index: int) -> int:
 CRC_TABLE: tuple[int, ...] = tuple(_entry(index) for index in range(256))
 """Effect of one byte: ``crc' = CRC_TABLE[(crc ^ byte) & 255] ^ (crc >> 8)``."""
 
+CRC_INDEX: dict[int, int] = {entry: index for index, entry in enumerate(CRC_TABLE)}
+"""The way back: which byte, combined with the CRC's low one, had an effect."""
+
 
 def crc16_by_table(data: bytes, crc: int = 0xFFFF) -> int:
     """CRC of `data`, carried on from `crc`."""

@@ -9,7 +9,7 @@ does not swallow a true frame behind it.
 
 from typing import NamedTuple
 
-from companion.mavlink.crc import CRC_TABLE, crc16
+from companion.mavlink.crc import CRC_INDEX, CRC_TABLE, crc16
 from companion.mavlink.dialect import CRC_EXTRA, CRC_EXTRA_UNDECODABLE
 
 MAGIC_V1 = 0xFE
@@ -21,7 +21,6 @@ _INCOMPATIBLE_SIGNED = 0x01
 _MOST_UNKNOWN_IDS = 64
 
 _ALL_CRC_EXTRA = CRC_EXTRA | CRC_EXTRA_UNDECODABLE
-_TABLE_INDEX = {entry: index for index, entry in enumerate(CRC_TABLE)}
 
 
 class Frame(NamedTuple):
@@ -36,7 +35,7 @@ class Frame(NamedTuple):
     component_id: int
     sequence: int
     signed: bool
-    """True if a signature is attached; it has not been checked here."""
+    """True if a signature is attached; it is checked by `signing.Verifier`."""
 
     @property
     def payload(self) -> bytes:
@@ -130,7 +129,7 @@ class Framer:
         if extra is not None:
             return found == CRC_TABLE[(crc ^ extra) & 0xFF] ^ (crc >> 8)
         # Only 256 of the 65,536 values of `found` can come from any seed.
-        index = _TABLE_INDEX.get(found ^ (crc >> 8))
+        index = CRC_INDEX.get(found ^ (crc >> 8))
         return index is not None and self._confirms(message_id, (index ^ crc) & 0xFF)
 
     def _confirms(self, message_id: int, extra: int) -> bool:
