@@ -66,11 +66,25 @@ def fly(
             metavar="NAME|FILE",
         ),
     ] = None,
+    sensors: Annotated[
+        str | None,
+        typer.Option(
+            help="Sensors of the embedded shim in place of the vehicle's own: mocap, gnss, exact, "
+            "or a profile's YAML file.",
+            metavar="NAME|FILE",
+        ),
+    ] = None,
     seed: Annotated[
         int | None, typer.Option(help="Seed of all noise of the embedded shim.")
     ] = None,
     autopilot: Annotated[
-        str | None, typer.Option(help="Autopilot's kind: px4.", metavar="NAME")
+        str | None, typer.Option(help="Autopilot's kind: auto, px4, ardupilot.", metavar="NAME")
+    ] = None,
+    setpoint: Annotated[
+        str | None,
+        typer.Option(
+            help="What is streamed: attitude (default), or rates (of the body).", metavar="NAME"
+        ),
     ] = None,
     mission: Annotated[
         Path | None, typer.Option(help="Mission as YAML; options win over it.", metavar="FILE")
@@ -116,8 +130,10 @@ def fly(
         "controller": controller,
         "vehicle": vehicle,
         "wind": wind,
+        "sensors": sensors,
         "seed": seed,
         "autopilot": autopilot,
+        "setpoint": setpoint,
         "connect": connect,
     }
     request = FlyRequest(

@@ -155,6 +155,11 @@ def _shim_options(config: FlightConfig, *, lockstep: bool) -> ShimOptions | None
                 "--wind belongs to the embedded shim; with --connect the weather is what it is. "
                 "Leave one of the two out (`wind` and `connect` in a mission file)."
             )
+        if mission.sensors is not None:
+            raise ConfigError(
+                "--sensors belongs to the embedded shim; with --connect the vehicle has its own. "
+                "Leave one of the two out (`sensors` and `connect` in a mission file)."
+            )
         if lockstep:
             raise ConfigError(
                 "--lockstep belongs to the embedded shim; with --connect time is real. Leave one "

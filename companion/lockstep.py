@@ -18,6 +18,7 @@ from companion.flight.crew import FlightScope
 from companion.flight.errors import ShimRefusedError
 from companion.flight.inbox import Inbox
 from companion.flight.observer import Observer
+from companion.flight.placement import PlacedTrajectory, place
 from companion.flight.shim_process import ShimOptions, with_state_rate
 from companion.flight.signals import commands_by_signal
 from companion.link.memory import MemoryLink
@@ -141,5 +142,6 @@ async def _fly(
 
 def _first_point(config: FlightConfig, trajectory: Trajectory) -> tuple[float, float, float]:
     """Where the trajectory begins in the autopilot's local frame, ENU m."""
-    east, north, up = trajectory.position(np.zeros(1))[0] + config.mission.origin_enu_m
+    placed = PlacedTrajectory(trajectory, place(config.mission.origin, None, 0.0))
+    east, north, up = placed.position(np.zeros(1))[0]
     return float(east), float(north), float(up)

@@ -171,7 +171,10 @@ class YawConfig(Section):
 
     gain: Positive = 1.5
     rate_limit_rad_s: Positive = 1.0
-    desired: Literal["zero", "heading_at_engagement"] = "heading_at_engagement"
+    desired: Literal["zero", "heading_at_engagement"] = Field(
+        default="heading_at_engagement",
+        description="zero: along the trajectory's own x axis, wherever the mission turns it.",
+    )
 
 
 Framework = Literal["mpc-l1", "pid-l1", "lqr-l1", "l1", "mpc-pid", "pid"]
@@ -224,7 +227,7 @@ class ControllerConfig(Section):
 
 
 class GeofenceConfig(Section):
-    """A box in the autopilot's local frame, ENU m."""
+    """A box about the place of take-off (or the local frame's origin: `origin.at`), ENU m."""
 
     low_m: Vector = (-3.0, -3.0, 0.2)
     high_m: Vector = (3.0, 3.0, 4.0)
@@ -234,6 +237,24 @@ class GeofenceConfig(Section):
         if not all(low < high for low, high in zip(self.low_m, self.high_m, strict=True)):
             raise ValueError("low_m must be below high_m on each axis")
         return self
+
+
+class OriginConfig(Section):
+    """Where the trajectory lies, and which way its x axis points."""
+
+    at: Literal["takeoff", "local"] = Field(
+        default="takeoff",
+        description="Above where the vehicle stood, at the height of that ground, horizontally "
+        "where it is after take-off; or at the origin of the autopilot's local frame.",
+    )
+    offset_enu_m: Vector = Field(
+        default=(0.0, 0.0, 0.0), description="From there to the trajectory's origin."
+    )
+    heading_deg: float | Literal["vehicle"] = Field(
+        default=0.0,
+        description="Direction of the trajectory's x axis, counter-clockwise from east; or where "
+        "the nose points at engagement.",
+    )
 
 
 class TimeoutsConfig(Section):
@@ -280,14 +301,22 @@ class MissionConfig(Section):
     trajectory: int | str = Field(default=4, description="1 … 5, or a CSV or YAML file.")
     controller: str = "mpc-l1"
     vehicle: str = "bebop2"
-    autopilot: Literal["px4"] = "px4"
+    autopilot: Literal["auto", "px4", "ardupilot"] = Field(
+        default="auto", description="By its HEARTBEAT, or another one is refused."
+    )
+    setpoint: Literal["attitude", "rates"] = Field(
+        default="attitude",
+        description="What is streamed: attitudes, or body rates by the companion's own loop.",
+    )
     wind: str = Field(default="calm", description="A scenario of the embedded shim.")
+    sensors: str | None = Field(
+        default=None,
+        description="A sensor profile of the embedded shim in place of the vehicle's own, by name "
+        "(mocap, gnss, exact) or a YAML file.",
+    )
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
     connect: str | None = Field(default=None, description="Link to a real autopilot.")
-    origin_enu_m: Vector = Field(
-        default=(0.0, 0.0, 0.0),
-        description="Where the trajectory's origin lies in the autopilot's local frame.",
-    )
+    origin: OriginConfig = OriginConfig()
     hover_s: Annotated[float, Field(ge=0.0, le=60.0)] = 4.0
     approach_speed_m_s: Annotated[float, Field(gt=0.05, le=2.0)] = 0.6
     state_rate_hz: Annotated[float, Field(ge=30.0, le=250.0)] = 100.0

@@ -40,6 +40,10 @@ class FeedbackController:
         """Now, and nothing of the future."""
         return _NOW
 
+    def about(self, anchor_m: Array) -> "FeedbackController":
+        """Itself: it bounds no position."""
+        return self
+
     def start(self, r_m: Array) -> FeedbackMemory:
         """Memory with an empty integral."""
         return FeedbackMemory(pid.start(np.zeros_like(r_m)))

@@ -25,10 +25,17 @@ from typing import Any
 
 import numpy as np
 
-from companion.control import delay, thrust, tilt, yaw
+from companion.control import delay, tilt, yaw
 from companion.control.interfaces import InnerController, InnerRecord, OuterController, OuterRecord
 from companion.control.reference_model import Array, PositionModel
-from companion.frames import Quaternion, euler_from_quaternion, quaternion_from_euler, tilt_cosine
+from companion.control.thrust_laws import ThrustLaw
+from companion.frames import (
+    Quaternion,
+    Vector3,
+    euler_from_quaternion,
+    quaternion_from_euler,
+    tilt_cosine,
+)
 from companion.vehicle_state import VehicleState
 
 _TIME_DIGITS = 4
@@ -70,18 +77,18 @@ class StackMemory:
     """Autopilot time from which on the outer controller runs again."""
     applied: tuple[delay.AppliedReference, ...]
     inner: Any
-    thrust: thrust.ThrustMemory
+    thrust: Any
     yaw_rad: float
     """Commanded yaw, ENU."""
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What goes to the vehicle: an attitude and a collective thrust."""
+    """What goes to the vehicle: an attitude and a thrust."""
 
     attitude_flu_to_enu: Quaternion
     thrust: float
-    """Thrust field of the autopilot, 0..1, along the body's vertical."""
+    """Thrust field of the autopilot, 0..1, of the meaning that the stack was made for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +101,7 @@ class StackRecord:
     roll_rad: float
     pitch_rad: float
     hover_thrust: float
+    """Estimated; NaN where the autopilot holds the height by itself."""
     outer: OuterRecord | None
     """None at a tick at which the outer controller did not run."""
 
@@ -104,16 +112,24 @@ class Stack:
 
     outer: OuterController
     inner: InnerController
-    thrust: thrust.ThrustGains
+    thrust: ThrustLaw
     yaw: yaw.YawGains
     limits: Limits
 
-    def start(self, state: VehicleState, hover_force: float | None = None) -> StackMemory:
+    def about(self, anchor_enu_m: Vector3) -> "Stack":
+        """The same stack where its geofence, if it knows one, lies about a point (ENU m)."""
+        return replace(self, outer=self.outer.about(np.array(anchor_enu_m)))
+
+    def start(
+        self,
+        state: VehicleState,
+        thrust_memory: Any = None,  # noqa: ANN401 - the thrust law's own
+    ) -> StackMemory:
         """Memory with which the stack takes over at a state, without a bump.
 
         Args:
             state: where the vehicle is.
-            hover_force: the hover force share if it has been estimated before; else the guess.
+            thrust_memory: of the thrust law, from before; None if it has not run yet.
         """
         roll, pitch, yaw_rad = euler_from_quaternion(state.attitude_flu_to_enu)
         u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_rad)
@@ -127,7 +143,7 @@ class Stack:
             outer_due_s=state.time_s,
             applied=(delay.AppliedReference(state.time_s, r2),),
             inner=inner,
-            thrust=thrust.start(self.thrust, float(velocity[2]), hover_force),
+            thrust=self.thrust.start(float(velocity[2]), thrust_memory),
             yaw_rad=yaw_rad,
         )
 
@@ -164,8 +180,7 @@ class Stack:
         yaw_command = yaw.step(self.yaw, memory.yaw_rad, tick.desired_yaw_rad, yaw_rad, dt)
         # The attitude setpoint carries the commanded yaw, so its tilt is one at that yaw.
         roll, pitch = tilt.roll_pitch_from_u(u_x, u_y, yaw_command)
-        thrust_memory, thrust_field = thrust.step(
-            self.thrust,
+        thrust_memory, thrust_field = self.thrust.step(
             memory.thrust,
             u_z,
             float(velocity[2]),
@@ -186,9 +201,7 @@ class Stack:
             applied_u=applied_u,
             roll_rad=roll,
             pitch_rad=pitch,
-            hover_thrust=thrust.thrust_from_force(
-                thrust_memory.hover_force, self.thrust.thrust_curve
-            ),
+            hover_thrust=self.thrust.hover_thrust(thrust_memory),
             outer=outer_record,
         )
         return advanced, command, record

@@ -47,6 +47,9 @@ class OuterController(Protocol):
     def preview_times_s(self) -> Array:
         """(k,) times from now at which `step` wants the desired position; the first is 0."""
 
+    def about(self, anchor_m: Array) -> "OuterController":
+        """The same controller where its bounds of position, if any, lie about a point (axes,)."""
+
     def start(self, r_m: Array) -> Any:  # noqa: ANN401 - its own memory
         """Memory to begin with, where the reference r (axes,) is in effect."""
 

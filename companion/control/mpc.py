@@ -13,6 +13,7 @@ The closed form is evaluated for all axes in one product; where it meets every c
 the optimum.  Only axes that violate one go to the solver.
 """
 
+import copy
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -139,6 +140,17 @@ class Mpc:
             self.settings.horizon + 2, dtype=np.float64
         )
         return times
+
+    def about(self, anchor_m: Array) -> "Mpc":
+        """The same controller with its box about a point (axes,); it shares the solvers."""
+        moved = copy.copy(self)
+        moved._low, moved._high = self._low + anchor_m, self._high + anchor_m
+        moved.settings = replace(
+            self.settings,
+            box_low_m=tuple(moved._low.tolist()),
+            box_high_m=tuple(moved._high.tolist()),
+        )
+        return moved
 
     def start(self, r_m: Array) -> MpcMemory:
         """Memory with which a reference r (axes,) continues without a bump."""

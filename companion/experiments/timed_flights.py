@@ -12,6 +12,7 @@ from companion.control.frameworks import Stack, StackMemory, Tick
 from companion.control.mpc import Mpc, MpcMemory, MpcRecord
 from companion.control.reference_model import Array, PositionModel
 from companion.control.thrust import GRAVITY_M_S2, force_from_thrust
+from companion.control.thrust_laws import CollectiveThrust
 from companion.experiments.nonlinear_mpc import NonlinearMemory, NonlinearMpc
 from companion.experiments.point_mass import STATES, PointMass
 from companion.frames import euler_from_quaternion, quaternion_from_euler
@@ -138,6 +139,9 @@ class _TimedMpc:
     def model(self) -> PositionModel:
         return self.mpc.model
 
+    def about(self, anchor_m: Array) -> "_TimedMpc":
+        return _TimedMpc(self.mpc.about(anchor_m), self.last)
+
     @property
     def preview_times_s(self) -> Array:
         return self.mpc.preview_times_s
@@ -226,6 +230,8 @@ class LinearFlight:
 
     def _acceleration(self, thrust: float) -> float:
         """What a vehicle whose hover thrust is as stated makes of a thrust field, m/s²."""
-        gains = self.stack.thrust
+        law = self.stack.thrust
+        assert isinstance(law, CollectiveThrust)
+        gains = law.gains
         hover = force_from_thrust(gains.hover_thrust, gains.thrust_curve)
         return GRAVITY_M_S2 * force_from_thrust(thrust, gains.thrust_curve) / hover

@@ -9,6 +9,7 @@ from companion.config.models import (
     MissionConfig,
     MpcConfig,
     PidConfig,
+    ThrustConfig,
     TransferFunctionConfig,
     VehicleConfig,
 )
@@ -26,10 +27,29 @@ from companion.control.qp.osqp_solver import OsqpSolver
 from companion.control.qp.port import QpSolverFactory
 from companion.control.reference_model import PositionModel
 from companion.control.thrust import ThrustGains
+from companion.control.thrust_laws import (
+    ClimbRateField,
+    CollectiveThrust,
+    ThrustLaw,
+    VerticalThrust,
+)
 from companion.control.transfer_function import TransferFunction, first_order
 from companion.control.yaw import YawGains
+from companion.flight.placement import (
+    PlacedTrajectory,
+    Placement,
+    about_anchor,
+    known_heading_rad,
+    place,
+)
 from companion.flight.supervisor import SupervisorLimits
-from companion.trajectories.feasibility import MotionLimits, problems_of
+from companion.thrust_meaning import COLLECTIVE, ThrustMeaning
+from companion.trajectories.feasibility import (
+    Fence,
+    MotionLimits,
+    fence_problems_of,
+    problems_of,
+)
 from companion.trajectories.from_file import load_trajectory
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 from companion.trajectories.trajectory import Trajectory
@@ -51,15 +71,24 @@ def make_trajectory(mission: MissionConfig) -> Trajectory:
 def infeasibilities(
     trajectory: Trajectory, mission: MissionConfig, vehicle: VehicleConfig
 ) -> list[str]:
-    """What of a trajectory does not fit the vehicle or the geofence, in sentences."""
-    low, high, origin = mission.geofence.low_m, mission.geofence.high_m, mission.origin_enu_m
-    limits = MotionLimits(
-        vehicle.speed_limit_m_s,
-        vehicle.acceleration_limit_m_s2,
-        (low[0] - origin[0], low[1] - origin[1], low[2] - origin[2]),
-        (high[0] - origin[0], high[1] - origin[1], high[2] - origin[2]),
-    )
-    return problems_of(trajectory, limits)
+    """What of a trajectory does not fit the vehicle or the geofence, in sentences.
+
+    Whether it fits the geofence is known only with its heading; with one that is the vehicle's
+    `fence_infeasibilities` tells at engagement.
+    """
+    limits = MotionLimits(vehicle.speed_limit_m_s, vehicle.acceleration_limit_m_s2)
+    found = problems_of(trajectory, limits)
+    if known_heading_rad(mission.origin) is not None:
+        found += fence_infeasibilities(trajectory, mission, place(mission.origin, None, 0.0))
+    return found
+
+
+def fence_infeasibilities(
+    trajectory: Trajectory, mission: MissionConfig, placement: Placement
+) -> list[str]:
+    """What of a trajectory, placed, does not fit the geofence; told about the fence's anchor."""
+    placed = PlacedTrajectory(trajectory, about_anchor(placement))
+    return fence_problems_of(placed, Fence(mission.geofence.low_m, mission.geofence.high_m))
 
 
 def make_stack(
@@ -67,6 +96,8 @@ def make_stack(
     vehicle: VehicleConfig,
     mission: MissionConfig,
     make_solver: QpSolverFactory | None = None,
+    *,
+    thrust: ThrustMeaning = COLLECTIVE,
 ) -> Stack:
     """The stack of control laws that a controller's file describes.
 
@@ -75,30 +106,40 @@ def make_stack(
         vehicle: its limits.
         mission: its geofence.
         make_solver: a solver in place of the one that the controller's file names.
+        thrust: what the autopilot makes of the thrust field.
 
     Raises:
         ConfigError: transfer functions or weights that the laws are not made for.
     """
-    thrust = controller.thrust
+    climb, descent = vehicle.climb_limit_m_s, vehicle.descent_limit_m_s
+    if thrust.kind == "climb_rate":
+        climb, descent = min(climb, thrust.climb_m_s), min(descent, thrust.descent_m_s)
     return Stack(
         outer=_outer(controller, vehicle, mission, make_solver),
         inner=_inner(controller),
-        thrust=ThrustGains(
-            proportional=thrust.proportional,
-            integral=thrust.integral,
+        thrust=_thrust_law(controller.thrust, vehicle, thrust),
+        yaw=YawGains(controller.yaw.gain, controller.yaw.rate_limit_rad_s),
+        limits=Limits(math.radians(vehicle.tilt_limit_deg), climb, descent),
+    )
+
+
+def _thrust_law(loop: ThrustConfig, vehicle: VehicleConfig, meaning: ThrustMeaning) -> ThrustLaw:
+    if meaning.kind == "climb_rate":
+        return ClimbRateField(meaning.climb_m_s, meaning.descent_m_s)
+    collective = CollectiveThrust(
+        ThrustGains(
+            proportional=loop.proportional,
+            integral=loop.integral,
             hover_thrust=vehicle.hover_thrust,
             thrust_curve=vehicle.thrust_curve,
             minimum_thrust=vehicle.minimum_thrust,
             maximum_thrust=vehicle.maximum_thrust,
-            maximum_acceleration_m_s2=thrust.maximum_acceleration_m_s2,
-            hover_drift=thrust.hover_drift,
-            acceleration_noise_m_s2=thrust.acceleration_noise_m_s2,
-        ),
-        yaw=YawGains(controller.yaw.gain, controller.yaw.rate_limit_rad_s),
-        limits=Limits(
-            math.radians(vehicle.tilt_limit_deg), vehicle.climb_limit_m_s, vehicle.descent_limit_m_s
-        ),
+            maximum_acceleration_m_s2=loop.maximum_acceleration_m_s2,
+            hover_drift=loop.hover_drift,
+            acceleration_noise_m_s2=loop.acceleration_noise_m_s2,
+        )
     )
+    return VerticalThrust(collective) if meaning.kind == "vertical" else collective
 
 
 def l1_gains(l1: L1Config) -> L1Gains:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from companion.control import thrust
 from companion.control.frameworks import Command, Stack, StackMemory, StackRecord, Tick
 from companion.control.mpc import MpcRecord, MpcStatus
 from companion.control.reference_model import Array
@@ -22,7 +21,7 @@ from companion.flight.supervisor import (
     judge,
 )
 from companion.flight.timeline import Timeline
-from companion.frames import Quaternion, quaternion_from_euler, tilt_cosine, yaw_of
+from companion.frames import Quaternion, Vector3, quaternion_from_euler, tilt_cosine, yaw_of
 from companion.vehicle_state import VehicleState
 
 _FALLBACKS: dict[MpcStatus, str] = {
@@ -55,17 +54,22 @@ class ControlLoop:
     """
 
     def __init__(self, stack: Stack, limits: SupervisorLimits) -> None:
-        self._stack = stack
-        self._limits = limits
+        self.adopt(stack, limits)
         self._supervisor = SupervisorMemory()
         self._memory: StackMemory | None = None
         self._timeline: Timeline | None = None
         self._desired_yaw_rad = 0.0
         self._newest: VehicleState | None = None
         self._plan_status: MpcStatus = "closed_form"
-        self._hover_force = thrust.force_from_thrust(
-            stack.thrust.hover_thrust, stack.thrust.thrust_curve
-        )
+
+    def adopt(self, stack: Stack, limits: SupervisorLimits) -> None:
+        """Fly with another stack and other limits from now on; only while holding.
+
+        What a stack must be made of is known for certain only once the autopilot has been asked.
+        """
+        self._made_stack, self._made_limits = stack, limits
+        self._stack, self._limits = stack, limits
+        self._thrust_memory = stack.thrust.start(0.0)
 
     @property
     def state_age_limit_s(self) -> float:
@@ -82,8 +86,21 @@ class ControlLoop:
         """Where on the ladder the last tick was."""
         return self._supervisor.rung
 
-    def engage(self, timeline: Timeline, desired_yaw_rad: float) -> None:
-        """Let the controller take over at the next sample, without a bump."""
+    def engage(
+        self,
+        timeline: Timeline,
+        desired_yaw_rad: float,
+        anchor_enu_m: Vector3 = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Let the controller take over at the next sample, without a bump.
+
+        Args:
+            timeline: the reference.
+            desired_yaw_rad: ENU.
+            anchor_enu_m: what the geofence lies about.
+        """
+        self._stack = self._made_stack.about(anchor_enu_m)
+        self._limits = self._made_limits.about(anchor_enu_m)
         self._timeline = timeline
         self._desired_yaw_rad = desired_yaw_rad
         self._memory = None
@@ -167,7 +184,7 @@ class ControlLoop:
             return None, None, breach
         try:
             if memory is None:
-                self._memory = self._stack.start(state, self._hover_force)
+                self._memory = self._stack.start(state, self._thrust_memory)
                 return None, None, RESTARTING if self.rung is Rung.LEVEL else ""
             tick = Tick(state, loop_delay_s, self._desired_yaw_rad)
             advanced, command, record = self._stack.step(memory, tick, timeline.position)
@@ -179,7 +196,7 @@ class ControlLoop:
         if not finite or not 0.0 <= command.thrust <= 1.0:
             return None, record, "the controller's command is not finite or out of bounds"
         self._memory = advanced
-        self._hover_force = advanced.thrust.hover_force
+        self._thrust_memory = advanced.thrust
         return command, record, ""
 
     def _judge(self, now_s: float, state_age_s: float, problem: str) -> None:
@@ -192,11 +209,6 @@ class ControlLoop:
 
         A climb rate that is not known any more is given as 0: hover thrust.
         """
-        gains = self._stack.thrust
-        cosine = max(0.7, tilt_cosine(state.attitude_flu_to_enu))
-        limit = gains.maximum_acceleration_m_s2
-        correction = max(-limit, min(limit, -gains.proportional * climb_rate_m_s))
-        force = self._hover_force * (1.0 + correction / thrust.GRAVITY_M_S2) / cosine
-        field = thrust.thrust_from_force(max(0.0, force), gains.thrust_curve)
-        field = max(gains.minimum_thrust, min(gains.maximum_thrust, field))
+        cosine = tilt_cosine(state.attitude_flu_to_enu)
+        field = self._stack.thrust.hold(self._thrust_memory, climb_rate_m_s, cosine)
         return quaternion_from_euler(0.0, 0.0, yaw_of(state.attitude_flu_to_enu)), field

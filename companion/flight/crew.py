@@ -1,5 +1,6 @@
 """What the stages of a flight work with, and what they keep of it."""
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -10,6 +11,7 @@ from companion.control.reference_model import Array
 from companion.flight.authority import Authority
 from companion.flight.connection import Connection
 from companion.flight.inbox import Inbox
+from companion.flight.placement import Placement
 from companion.flight.setpoint_stream import SetpointStream
 from companion.flight.timeline import Timeline
 from companion.flight.voice import Voice
@@ -33,6 +35,10 @@ class Progress:
     """The reference of the last (or only) run over the trajectory."""
     home_m: Array = field(default_factory=lambda: np.full(3, np.nan))
     """(3,) where the first run began: above where the vehicle took off."""
+    ground_up_m: float = math.nan
+    """Height of the ground that it stood on, in the local frame."""
+    placement: Placement | None = None
+    """Where the mission lies; settled when it first engages."""
     completed: bool = False
     """The trajectory was flown to its end."""
 

@@ -16,10 +16,11 @@ def embedded_shim(config: FlightConfig) -> ShimOptions:
     """
     mission = config.mission
     return ShimOptions(
-        autopilot=mission.autopilot,
+        autopilot="px4" if mission.autopilot == "auto" else mission.autopilot,
         vehicle=_plant(config),
         scenario=_scenario(mission),
         seed=mission.seed,
+        sensors=mission.sensors,
     )
 
 

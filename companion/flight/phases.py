@@ -51,6 +51,9 @@ async def fly(flight: Flight) -> Ending:
     flight.inbox.on_put = flight.authority.on_command
     await prepare(flight)
     if flight.scope is FlightScope.WHOLE:
+        standing = flight.connection.state
+        assert standing is not None
+        flight.progress.ground_up_m = standing.position_enu_m[2]
         await arm_vehicle(flight)
     return await _fly_armed(flight)
 

@@ -13,7 +13,7 @@ that comes and goes must end with the autopilot too, a single short one must not
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 _FORGETTING = 0.25
@@ -43,6 +43,13 @@ class SupervisorLimits:
     fence_low_m: tuple[float, float, float] = (-math.inf, -math.inf, -math.inf)
     """The geofence, ENU m: a vehicle that reports itself well outside is not flown on."""
     fence_high_m: tuple[float, float, float] = (math.inf, math.inf, math.inf)
+
+    def about(self, anchor_enu_m: tuple[float, float, float]) -> "SupervisorLimits":
+        """The same limits with the geofence about a point (ENU m)."""
+        (lx, ly, lz), (hx, hy, hz), (x, y, z) = self.fence_low_m, self.fence_high_m, anchor_enu_m
+        return replace(
+            self, fence_low_m=(lx + x, ly + y, lz + z), fence_high_m=(hx + x, hy + y, hz + z)
+        )
 
     def breach(self, position_enu_m: tuple[float, float, float]) -> str:
         """What is wrong with a position; empty if nothing.

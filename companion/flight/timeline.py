@@ -31,11 +31,11 @@ class Move:
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """The trajectory itself, about an origin."""
+    """The trajectory itself."""
 
     phase: str
     trajectory: Trajectory
-    origin_m: Array
+    """Placed in the local frame already."""
 
     @property
     def duration_s(self) -> float:
@@ -44,7 +44,7 @@ class Track:
 
     def position(self, times_s: Array) -> Array:
         """Positions (samples, 3) at times since the beginning of the trajectory."""
-        return self.trajectory.position(times_s) + self.origin_m
+        return self.trajectory.position(times_s)
 
 
 Segment = Move | Track
@@ -102,7 +102,6 @@ def plan_timeline(
     *,
     start_s: float,
     from_m: Array,
-    origin_m: Array,
     home_m: Array,
     hover_s: float,
     speed_m_s: float,
@@ -111,21 +110,20 @@ def plan_timeline(
     """Reference from where the vehicle is, over the trajectory, to above where it took off.
 
     Args:
-        trajectory: what to track.
+        trajectory: what to track, in the autopilot's local frame.
         start_s: autopilot's time at which the reference begins.
         from_m: (3,) position then.
-        origin_m: (3,) where the trajectory's origin lies.
         home_m: (3,) where to return to.
         hover_s: hover before the trajectory.
         speed_m_s: greatest speed of approach and return.
         shortest_approach_s: the approach takes at least this, however near the start is.
     """
-    start = trajectory.position(np.zeros(1))[0] + origin_m
-    end = trajectory.position(np.array([trajectory.end_s]))[0] + origin_m
+    start = trajectory.position(np.zeros(1))[0]
+    end = trajectory.position(np.array([trajectory.end_s]))[0]
     segments: list[Segment] = [
         _move("approach", from_m, start, speed_m_s, shortest_approach_s),
         Move("hover", start, start, max(hover_s, 1e-3)),
-        Track("track", trajectory, origin_m),
+        Track("track", trajectory),
         Move("settle", end, end, 1.0),
         _move("return", end, home_m, speed_m_s),
         Move("settle", home_m, home_m, 1.0),

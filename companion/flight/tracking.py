@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 
+from companion.flight.assemble import fence_infeasibilities
 from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError
+from companion.flight.placement import PlacedTrajectory, Placement, place
 from companion.flight.preparation import last_texts
 from companion.flight.reports import LANDED_IN_AIR
 from companion.flight.timeline import SHORTEST_MOVE_S, Timeline, plan_timeline
@@ -58,9 +60,11 @@ async def engage(flight: Flight) -> Timeline:
     """Stream first, then ask for the mode, then let the controller take over.
 
     Raises:
-        FlightAbortedError: the autopilot does not take setpoints.
+        FlightAbortedError: the autopilot does not take setpoints, or the trajectory as the
+            vehicle points leaves the geofence.
     """
     connection, stream, mission = flight.connection, flight.stream, flight.mission
+    placement = _settled_placement(flight)
     mode = connection.dialect.setpoint_mode
     stream.start()
     flight.authority.expect(connection.mode, mode, streaming=True)
@@ -80,20 +84,41 @@ async def engage(flight: Flight) -> Timeline:
     if not np.isfinite(progress.home_m).all():
         progress.home_m = position
     timeline = plan_timeline(
-        flight.trajectory,
+        PlacedTrajectory(flight.trajectory, placement),
         start_s=state.time_s,
         from_m=position,
-        origin_m=np.array(mission.origin_enu_m),
         home_m=progress.home_m,
         hover_s=mission.hover_s,
         speed_m_s=mission.approach_speed_m_s,
         shortest_approach_s=_SHORTEST_APPROACH_S[flight.scope],
     )
-    heading = 0.0 if flight.yaw.desired == "zero" else yaw_of(state.attitude_flu_to_enu)
-    stream.control.engage(timeline, heading)
+    along_x = flight.yaw.desired == "zero"
+    heading = placement.heading_rad if along_x else yaw_of(state.attitude_flu_to_enu)
+    stream.control.engage(timeline, heading, placement.anchor_enu_m)
     progress.timeline = timeline
     progress.completed = False
     return timeline
+
+
+def _settled_placement(flight: Flight) -> Placement:
+    """Where the mission lies: settled now if this is its first engagement.
+
+    Raises:
+        FlightAbortedError: the trajectory as the vehicle points leaves the geofence.
+    """
+    progress, state = flight.progress, flight.connection.state
+    assert state is not None
+    if progress.placement is None:
+        east, north, _ = state.position_enu_m
+        ground = progress.ground_up_m
+        takeoff = (east, north, ground) if math.isfinite(ground) else None
+        yaw = yaw_of(state.attitude_flu_to_enu)
+        placement = place(flight.mission.origin, takeoff, yaw)
+        problems = fence_infeasibilities(flight.trajectory, flight.mission, placement)
+        if problems:
+            raise FlightAbortedError(" ".join(problems))
+        progress.placement = placement
+    return progress.placement
 
 
 async def track(flight: Flight, timeline: Timeline) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from companion.trajectories.trajectory import Trajectory
+from companion.trajectories.trajectory import Array, Trajectory
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,13 +13,19 @@ class MotionLimits:
 
     speed_m_s: float
     acceleration_m_s2: float
-    box_low_m: tuple[float, float, float]
-    box_high_m: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Fence:
+    """A box that a desired position must stay within, in the trajectory's frame."""
+
+    low_m: tuple[float, float, float]
+    high_m: tuple[float, float, float]
 
 
 def problems_of(trajectory: Trajectory, limits: MotionLimits) -> list[str]:
     """Sentences on what does not fit: time, figure, limit and remedy; empty if all fits."""
-    times = np.arange(0.0, trajectory.end_s + 0.01, 0.01)
+    times = _times(trajectory)
     motion = trajectory.motion(times)
     found: list[str] = []
     for what, values, limit, unit in (
@@ -34,15 +40,29 @@ def problems_of(trajectory: Trajectory, limits: MotionLimits) -> list[str]:
                 f"t = {times[worst]:.2f} s, the vehicle's limit is {limit:g} {unit}. Fly it "
                 "slower, or raise the limit in the vehicle's file if the vehicle can do it."
             )
-    low, high = np.array(limits.box_low_m), np.array(limits.box_high_m)
-    outside = np.maximum(low - motion.position_m, motion.position_m - high)
+    return found
+
+
+def fence_problems_of(trajectory: Trajectory, fence: Fence) -> list[str]:
+    """A sentence on where a trajectory leaves a box; empty if it stays inside."""
+    times = _times(trajectory)
+    position = trajectory.position(times)
+    low, high = np.array(fence.low_m), np.array(fence.high_m)
+    outside = np.maximum(low - position, position - high)
     sample, axis = np.unravel_index(int(np.argmax(outside)), outside.shape)
-    if outside[sample, axis] > 0.0:
-        where = ", ".join(f"{c:.2f}" for c in motion.position_m[sample])
-        found.append(
+    if outside[sample, axis] <= 0.0:
+        return []
+    where = ", ".join(f"{c:.2f}" for c in position[sample])
+    return [
+        (
             f"trajectory '{trajectory.name}' leaves the geofence at t = {times[sample]:.2f} s: "
             f"({where}) m is {outside[sample, axis]:.2f} m outside on {'xyz'[axis]}, where "
             f"{low[axis]:g} … {high[axis]:g} m is allowed. Move the origin, or widen "
             "`geofence` in the mission."
         )
-    return found
+    ]
+
+
+def _times(trajectory: Trajectory) -> Array:
+    times: Array = np.arange(0.0, trajectory.end_s + 0.01, 0.01)
+    return times

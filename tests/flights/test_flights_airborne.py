@@ -66,7 +66,9 @@ def test_it_engages_where_it_holds_tracks_and_ends_there(bench, vehicle):
 
 def test_it_begins_at_the_trajectorys_first_point_about_the_missions_origin(bench):
     flown = bench.fly(
-        options={"trajectory": 4}, settings={"origin_enu_m": "[0.5, -0.4, 0.3]"}, airborne=True
+        options={"trajectory": 4},
+        settings={"origin.offset_enu_m": "[0.5, -0.4, 0.3]", "origin.heading_deg": "-70"},
+        airborne=True,
     )
     data = read_flight(flown.folder)
     desired = next(r for r in flown.records("control") if r.values["phase"] == "hover").values

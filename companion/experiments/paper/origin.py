@@ -37,8 +37,8 @@ class CostFigures:
 
 
 def _fly(trajectory: int | str, cost: str, origin: tuple[float, ...], seed: int) -> FlightTask:
-    where = ("origin_enu_m", str(list(origin)))
-    settings = (where, ("controller.mpc.penalise", cost), *_FENCE)
+    where = (("origin.at", "local"), ("origin.offset_enu_m", str(list(origin))))
+    settings = (*where, ("controller.mpc.penalise", cost), *_FENCE)
     return FlightTask("mpc-l1", trajectory, "calm", seed, VEHICLE, settings)
 
 

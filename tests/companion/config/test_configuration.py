@@ -67,10 +67,14 @@ def test_an_unknown_key_like_no_other_is_told_with_all_that_there_are():
         ("seed: 1.0", "'seed': input should be a valid integer (given: 1.0)"),
         ("vehicle: 500", "'vehicle': input should be a valid string (given: 500). Write it in"),
         ("geofence: 3", "line 1: 'geofence': keys with values are expected"),
-        ("origin_enu_m: [0, 0]", "line 1: 'origin_enu_m' has too few entries."),
-        ("origin_enu_m: [0, 0, 0, 0]", "'origin_enu_m': list should have at most 3 items"),
-        ("origin_enu_m:\n- 0\n- x\n- 0", "line 3: 'origin_enu_m.1': input should be a valid num"),
-        ("origin_enu_m: up", "'origin_enu_m': input should be a valid list"),
+        ("origin: {offset_enu_m: [0, 0]}", "line 1: 'origin.offset_enu_m' has too few entries."),
+        ("origin: {offset_enu_m: [0, 0, 0, 0]}", "'origin.offset_enu_m': list should have at"),
+        (
+            "origin:\n  offset_enu_m:\n  - 0\n  - x\n  - 0",
+            "line 4: 'origin.offset_enu_m.1': input should be a valid num",
+        ),
+        ("origin: {offset_enu_m: up}", "'origin.offset_enu_m': input should be a valid list"),
+        ("origin: {heading_deg: north}", "input should be 'vehicle'"),
     ],
 )
 def test_a_wrong_type_is_never_bent_into_a_right_one(text, says):
@@ -90,7 +94,7 @@ def test_a_wrong_type_is_never_bent_into_a_right_one(text, says):
         ("trajectory: true", "'trajectory': test trajectories are numbered 1 to 5"),
         ("trajectory: 4.0", "'trajectory': test trajectories are numbered 1 to 5"),
         ("trajectory: ''", "'trajectory': test trajectories are numbered 1 to 5"),
-        ("autopilot: ardupilot", "'autopilot': input should be 'px4' (given: 'ardupilot')"),
+        ("autopilot: inav", "'autopilot': input should be 'auto', 'px4' or 'ardupilot'"),
         ("geofence: {low_m: [0, 9, 0]}", "'geofence': low_m must be below high_m on each axis"),
     ],
 )

@@ -163,8 +163,8 @@ def test_limits_hold_whatever_the_reference_asks():
         memory, command, record = stack.step(memory, tick, lambda t: np.full((len(t), 3), 40.0))
         assert math.hypot(*record.applied_u[:2]) <= math.sin(stack.limits.tilt_rad) + 1e-12
         assert -stack.limits.descent_m_s <= record.applied_u[2] <= stack.limits.climb_m_s
-        assert stack.thrust.minimum_thrust - 1e-9 <= command.thrust
-        assert command.thrust <= stack.thrust.maximum_thrust + 1e-9
+        assert stack.thrust.gains.minimum_thrust - 1e-9 <= command.thrust
+        assert command.thrust <= stack.thrust.gains.maximum_thrust + 1e-9
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])

@@ -31,11 +31,15 @@ class Stack:
         self.start_raises = None
         self.starts = 0
 
-    def start(self, state, hover_force=None):
+    def about(self, anchor_enu_m):
+        self._stack = self._stack.about(anchor_enu_m)
+        return self
+
+    def start(self, state, thrust_memory=None):
         self.starts += 1
         if self.start_raises is not None:
             raise self.start_raises
-        return self._stack.start(state, hover_force)
+        return self._stack.start(state, thrust_memory)
 
     def step(self, memory, tick, reference):
         if self.raises is not None:
@@ -64,7 +68,6 @@ def engage(loop, start_s=10.0):
         make_trajectory(CONFIG.mission),
         start_s=start_s,
         from_m=np.array(POSITION),
-        origin_m=np.zeros(3),
         home_m=np.array(POSITION),
         hover_s=1.0,
         speed_m_s=0.6,
@@ -224,7 +227,6 @@ def test_unreachable_references_keep_the_command_within_the_tilt_limit(loop):
         make_trajectory(CONFIG.mission),
         start_s=0.0,
         from_m=np.array((90.0, -90.0, 2.0)),
-        origin_m=np.zeros(3),
         home_m=np.array((90.0, -90.0, 2.0)),
         hover_s=60.0,
         speed_m_s=0.1,

@@ -20,7 +20,7 @@ point = st.tuples(coordinate, coordinate, st.floats(0.3, 4.0))
 
 def make(trajectory=SPLINE, start_s=12.5, from_m=(0.1, -0.2, 2.5), home_m=None, **changes):
     home = from_m if home_m is None else home_m
-    usual = {"origin_m": np.zeros(3), "hover_s": 1.0, "speed_m_s": 0.6}
+    usual = {"hover_s": 1.0, "speed_m_s": 0.6}
     return plan_timeline(
         trajectory,
         start_s=start_s,
@@ -86,17 +86,6 @@ def test_many_times_at_once_are_as_one_by_one():
     times = timeline.start_s + np.linspace(-1.0, timeline.end_s + 1.0, 173)
     one_by_one = np.vstack([timeline.position(np.array([t])) for t in times])
     assert np.array_equal(timeline.position(times), one_by_one)
-
-
-def test_the_origin_moves_the_trajectory_and_not_its_ends():
-    moved = make(origin_m=np.array([0.5, 0.25, -0.25]))
-    plain = make()
-    begin = plain.scored_s[0] + 2.5
-    later = moved.scored_s[0] + 2.5
-    offset = moved.position(np.array([later])) - plain.position(np.array([begin]))
-    assert offset[0] == pytest.approx([0.5, 0.25, -0.25])
-    rest = np.array([1e6])
-    assert moved.position(rest)[0] == pytest.approx(plain.position(rest)[0])
 
 
 def test_without_a_hover_nothing_breaks():
