@@ -6,7 +6,7 @@ The same for real time and lockstep: whoever calls it brings the link and the lo
 import asyncio
 import contextlib
 import traceback
-from collections.abc import AsyncIterator, Coroutine, Sequence
+from collections.abc import AsyncIterator, Coroutine, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
@@ -28,6 +28,7 @@ from companion.flight.voice import Voice
 from companion.link.link import Link
 from companion.mavlink.dialects.px4 import Px4
 from companion.mavlink.messages import VehicleStateOfHealth
+from companion.mavlink.signing import Signing
 from companion.recording.flight_log import FlightLog
 from companion.trajectories.trajectory import Trajectory
 
@@ -55,6 +56,8 @@ class Outcome:
     r_max_active_share: float
     flight_s: float
     """By the autopilot's clock, from the first sample to the last."""
+    rejected_packets: Mapping[str, int] | None = None
+    """Not read because of their signatures, by the reason; None without a key."""
 
 
 async def conduct(
@@ -69,6 +72,7 @@ async def conduct(
     lost: "asyncio.Future[LinkLostError] | None" = None,
     make_solver: QpSolverFactory | None = None,
     scope: FlightScope = FlightScope.WHOLE,
+    signing: Signing | None = None,
 ) -> Outcome:
     """Fly over a link.
 
@@ -84,13 +88,14 @@ async def conduct(
         make_solver: a QP solver in place of the configured one.
         scope: whether to take over a vehicle that is in the air already.  Only for a simulated
             one, which nobody else can be flying.
+        signing: signs and checks the packets of the link; None for one without a key.
 
     Raises:
         ValueError: a vehicle in the air was to be taken over in real time.
     """
     if real_time and scope is not FlightScope.WHOLE:
         raise ValueError("only a simulated vehicle in lockstep is taken over in the air")
-    connection = Connection(link, Px4(), log)
+    connection = Connection(link, Px4(), log, signing)
     voice = Voice(observer, log, connection.say)
     control = ControlLoop(
         make_stack(config.controller, config.vehicle, config.mission, make_solver),
@@ -110,6 +115,7 @@ async def conduct(
         scope,
     )
     connection.on_trouble = partial(voice.tell, "error")
+    connection.admission.on_rejected = partial(voice.tell, "warning")
     connection.reports.on_text = voice.heard
     if lost is not None:
         lost.add_done_callback(lambda future: connection.waiting.fail(future.result()))
@@ -153,6 +159,11 @@ async def conduct(
         timer_noise=percentiles_ms(noise) if real_time else None,
         r_max_active_share=stream.plans_at_r_max / max(1, stream.plans),
         flight_s=0.0 if state is None else state.time_s,
+        rejected_packets=(
+            {reason.value: count for reason, count in sorted(connection.admission.rejected.items())}
+            if connection.admission.checks
+            else None
+        ),
     )
 
 

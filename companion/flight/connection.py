@@ -1,7 +1,7 @@
 """The vehicle on the other end of the link: bytes to and from it, sorted and recorded.
 
-Everything that comes in is sorted, then recorded; everything that goes out passes `send` and is
-recorded after it went.
+Everything that comes in and is let in is sorted, then recorded; everything that goes out passes
+`send` and is recorded after it went.
 """
 
 import asyncio
@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from typing import Protocol
 
+from companion.flight.admission import Admission
 from companion.flight.errors import LinkLostError
 from companion.flight.exchanges import Exchanges
 from companion.flight.reports import REPORT_IDS, Reports
@@ -29,6 +30,7 @@ from companion.mavlink.messages import (
     status_texts,
 )
 from companion.mavlink.peers import PeerTable
+from companion.mavlink.signing import Signing
 from companion.mavlink.telemetry import Rejected, is_truth, state_from_odometry
 from companion.mavlink.timesync import ClockEstimator
 from companion.vehicle_state import VehicleState
@@ -58,8 +60,13 @@ class FrameLog(Protocol):
 class Connection:
     """A link with a vehicle behind it."""
 
-    def __init__(self, link: Link, dialect: AutopilotDialect, log: FrameLog) -> None:
+    def __init__(
+        self, link: Link, dialect: AutopilotDialect, log: FrameLog, signing: Signing | None = None
+    ) -> None:
         self.dialect = dialect
+        self.signing = signing
+        """With it, everything that leaves is signed, and only what is signed right is read."""
+        self.admission = Admission(None if signing is None else signing.verifier)
         self.waiting = Waiting()
         self.exchanges = Exchanges(self.waiting, self.send, dialect)
         self.reports = Reports(on_mode=self._on_mode)
@@ -86,7 +93,7 @@ class Connection:
         """Called at each round of housekeeping with the loop's time."""
         self._link = link
         self._log = log
-        self._packer = Packer(1)
+        self._packer = Packer(1, signer=None if signing is None else signing.signer)
         self._heartbeat_due_s = -math.inf
         self._text_id = 0
         self._troubles: dict[str, int] = {}
@@ -186,6 +193,7 @@ class Connection:
         if self._link.datagrams:
             # What looks like the start of a packet is none: the rest will never come.
             frames += self.framer.finish()
+        frames = self.admission.admit(frames)
         for frame in frames:
             try:
                 self._on_frame(frame, received_s)
@@ -240,6 +248,7 @@ class Connection:
         if not self.peers.is_vehicle(frame):
             return
         self.heard_s = received_s
+        self.admission.on_vehicle(frame)
         if not vehicle_known:
             self._packer.system_id = frame.system_id
         self.reports.take_heartbeat(message)

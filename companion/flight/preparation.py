@@ -25,7 +25,9 @@ async def prepare(flight: Flight) -> None:
         await _connect(flight)
         await _become_ready(flight)
     except FlightAbortedError as error:
-        raise FlightRefusedError(str(error)) from error
+        connection = flight.connection
+        remark = connection.admission.remark(vehicle_known=connection.peers.vehicle is not None)
+        raise FlightRefusedError(f"{error} {remark}".rstrip()) from error
     finally:
         flight.authority.rest()
 
