@@ -1,1 +1,1 @@
-"""Ways for bytes to reach an autopilot: one interface over UDP or memory."""
+"""Ways for bytes to reach an autopilot or a client: UDP, TCP, serial, memory."""

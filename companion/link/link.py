@@ -6,6 +6,8 @@ from typing import Protocol
 
 OnBytes = Callable[[bytes, float], None]
 """Called with received bytes and the loop's time at which they came."""
+OnChange = Callable[[str], None]
+"""Called when the way to the peer is lost or there (again): why it is down, empty if it is up."""
 
 
 class LinkError(Exception):
@@ -23,9 +25,11 @@ class LinkCounters:
     foreign_packets: int = 0
     """Dropped: they came from somebody who is not the peer."""
     unsent_packets: int = 0
-    """Dropped: there was nobody to send them to, or the system refused them."""
+    """Dropped: there was nobody to send them to, or too much waits to be sent already."""
     errors: int = 0
     """Errors that the system reported, such as a port that nobody listens on."""
+    connections: int = 0
+    """How often the way to the peer came about: more than 1 means that it was lost between."""
 
 
 class Link(Protocol):
@@ -34,6 +38,11 @@ class Link(Protocol):
     counters: LinkCounters
     on_bytes: OnBytes | None
     """Set this before `open`."""
+    on_change: OnChange | None
+    """Set this before `open`.  What came before a change has no continuation behind it."""
+    down_because: str
+    """Why nobody can be reached now, for a person; empty while the way is there, or is not known
+    to be missing (UDP)."""
     datagrams: bool
     """True if `on_bytes` is given whole datagrams: no packet goes on in the next one."""
 

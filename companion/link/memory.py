@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Callable
 
-from companion.link.link import LinkCounters, OnBytes
+from companion.link.link import LinkCounters, OnBytes, OnChange
 
 
 class MemoryLink:
@@ -18,6 +18,8 @@ class MemoryLink:
         """
         self.counters = LinkCounters()
         self.on_bytes: OnBytes | None = None
+        self.on_change: OnChange | None = None
+        self.down_because = ""
         self.datagrams = True
         self.description = description
         self._deliver = deliver

@@ -1,16 +1,19 @@
 """MAVLink over UDP.
 
 `udpin` binds and waits: the first sender of what its owner accepts becomes the peer, and from then
-on datagrams of anybody else are dropped before they are looked at.  `udpout` knows its peer from
-the start; the system itself then drops what others send.
+on datagrams of anybody else are dropped before they are looked at.  Only if the peer has fallen
+silent may the same host go on from another port: an autopilot that has restarted often does.
+`udpout` knows its peer from the start; the system itself then drops what others send.
 """
 
 import asyncio
 import contextlib
+import math
 import socket
 from collections.abc import Callable
 
-from companion.link.link import LinkCounters, LinkError, OnBytes
+from companion.link.link import LinkCounters, LinkError, OnBytes, OnChange
+from companion.link.reconnection import SILENT_AFTER_S
 from companion.link.url import LinkUrl
 
 _RECEIVE_BUFFER = 4 << 20
@@ -33,12 +36,15 @@ class UdpLink:
         self.url = url
         self.counters = LinkCounters()
         self.on_bytes: OnBytes | None = None
+        self.on_change: OnChange | None = None
+        self.down_because = ""
         self.datagrams = True
         self.peer: Address | None = None
         """Who the peer is; None while `udpin` waits for it."""
         self.local: Address | None = None
         """Where the socket is bound: the port that was free, if 0 was asked for."""
         self._accept_peer = accept_peer
+        self._heard_s = -math.inf
         self._transport: asyncio.DatagramTransport | None = None
 
     @property
@@ -74,11 +80,12 @@ class UdpLink:
         self.local = transport.get_extra_info("sockname")[:2]
         if not inward:
             self.peer = address
+            self.counters.connections += 1
 
     def send(self, data: bytes) -> None:
-        """Send one datagram to the peer; without a peer it is dropped and counted."""
+        """Send one datagram to the peer; dropped and counted if there is none, or it must wait."""
         transport = self._transport
-        if transport is None or self.peer is None:
+        if transport is None or self.peer is None or _waits(transport):
             self.counters.unsent_packets += 1
             return
         self.counters.packets_out += 1
@@ -94,14 +101,27 @@ class UdpLink:
     def take(self, data: bytes, sender: Address, now_s: float) -> None:
         """Take a datagram from the socket: drop a stranger's, pass the peer's on."""
         if sender != self.peer:
-            if self.peer is not None or not self._accept_peer(data):
+            if not self._may_be_peer(sender, now_s) or not self._accept_peer(data):
                 self.counters.foreign_packets += 1
                 return
-            self.peer = sender
+            self._take_for_peer(sender)
+        self._heard_s = now_s
         self.counters.packets_in += 1
         self.counters.bytes_in += len(data)
         if self.on_bytes is not None:
             self.on_bytes(data, now_s)
+
+    def _may_be_peer(self, sender: Address, now_s: float) -> bool:
+        if self.peer is None:
+            return True
+        return sender[0] == self.peer[0] and now_s - self._heard_s > SILENT_AFTER_S
+
+    def _take_for_peer(self, sender: Address) -> None:
+        moved = self.peer is not None
+        self.peer = sender
+        self.counters.connections += 1
+        if moved and self.on_change is not None:
+            self.on_change("")
 
     async def _resolve(self, loop: asyncio.AbstractEventLoop, *, passive: bool) -> Address:
         try:
@@ -146,3 +166,8 @@ class _Protocol(asyncio.DatagramProtocol):
     def error_received(self, exc: Exception) -> None:
         # ICMP "port unreachable": nobody listens yet, or no longer. It may come back.
         self._link.counters.errors += 1
+
+
+def _waits(transport: asyncio.DatagramTransport) -> bool:
+    """True while the system takes no more: asyncio would keep datagrams without bound."""
+    return bool(transport.get_write_buffer_size())  # type: ignore[attr-defined] # typeshed lacks it

@@ -196,6 +196,44 @@ async def test_a_peer_that_is_not_there_yet_does_not_end_the_link(remotes):
         link.close()
 
 
+async def test_a_vehicle_that_restarts_at_another_port_is_found_again_once_it_was_silent(
+    remotes, monkeypatch
+):
+    before, after = remotes
+    inbox = Inbox()
+    link = await open_link(f"udpin://{LOOPBACK}:0", inbox)
+    changes = []
+    link.on_change = changes.append
+    try:
+        before.send(PACKET, link.local[1])
+        await inbox.wait_for(1)
+        monkeypatch.setattr("companion.link.udp.SILENT_AFTER_S", 0.0)
+        after.send(OF_GROUND_STATION, link.local[1])
+        after.send(PACKET, link.local[1])
+        await inbox.wait_for(2)
+        link.send(b"found")
+
+        assert await after.receive() == b"found"
+        assert changes == [""]
+        assert link.counters.connections == 2
+        assert link.counters.foreign_packets == 1
+    finally:
+        link.close()
+
+
+async def test_a_host_that_never_was_the_peer_does_not_become_it(monkeypatch):
+    link = await open_link(f"udpin://{LOOPBACK}:0", lambda data, time_s: None)
+    monkeypatch.setattr("companion.link.udp.SILENT_AFTER_S", 0.0)
+    try:
+        link.take(PACKET, ("192.0.2.1", 14580), 1.0)
+        link.take(PACKET, ("192.0.2.2", 14580), 100.0)
+
+        assert link.peer == ("192.0.2.1", 14580)
+        assert link.counters.foreign_packets == 1
+    finally:
+        link.close()
+
+
 async def test_without_a_peer_nothing_is_sent_and_nothing_raises():
     link = await open_link(f"udpin://{LOOPBACK}:0", lambda data, time_s: None)
     link.send(PACKET)
