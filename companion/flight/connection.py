@@ -29,7 +29,7 @@ from companion.mavlink.messages import (
     heartbeat,
     status_texts,
 )
-from companion.mavlink.peers import PeerTable
+from companion.mavlink.peers import PeerTable, Vehicle
 from companion.mavlink.signing import Signing
 from companion.mavlink.telemetry import Rejected, is_truth, state_from_odometry
 from companion.mavlink.timesync import ClockEstimator
@@ -91,6 +91,14 @@ class Connection:
         """Who else is given the vehicle's frames, by message id, after the flight has read them."""
         self.chores: list[Callable[[float], None]] = []
         """Called at each round of housekeeping with the loop's time."""
+        self.on_frames: Callable[[list[Frame]], None] | None = None
+        """Given all that came and was let in, after the flight has dealt with it."""
+        self.on_sent: Callable[[int, bytes], None] | None = None
+        """Given the id and the bytes of each message of ours, after it went."""
+        self.on_link_change: Callable[[str], None] | None = None
+        """Told when the link is lost or there again: why it is down, empty if it is up."""
+        self.on_other_vehicle: Callable[[Vehicle], None] | None = None
+        """Told of each vehicle on the link that is not the chosen one, once."""
         self._link = link
         self._log = log
         self._packer = Packer(1, signer=None if signing is None else signing.signer)
@@ -98,6 +106,7 @@ class Connection:
         self._text_id = 0
         self._troubles: dict[str, int] = {}
         link.on_bytes = self._on_bytes
+        link.on_change = self._on_link_change
 
     @property
     def target(self) -> Target:
@@ -111,8 +120,9 @@ class Connection:
 
     @property
     def link_description(self) -> str:
-        """Where the link leads, for a person."""
-        return self._link.description
+        """Where the link leads, for a person, and what is wrong with it."""
+        down = self._link.down_because
+        return f"{self._link.description} ({down})" if down else self._link.description
 
     @property
     def mode(self) -> str:
@@ -134,6 +144,12 @@ class Connection:
     def send(self, outgoing: Outgoing) -> None:
         """Send a message, then record it."""
         raw = self._packer.pack(outgoing)
+        self.send_raw(raw)
+        if self.on_sent is not None:
+            self.on_sent(outgoing.message_id, raw)
+
+    def send_raw(self, raw: bytes) -> None:
+        """Send a packet as it is, then record it."""
         self._link.send(raw)
         self._log.frame_out(asyncio.get_running_loop().time(), raw)
 
@@ -204,6 +220,16 @@ class Connection:
         for frame in frames:
             self._log.frame_in(received_s, frame.raw)
         self.waiting.wake()
+        if self.on_frames is not None and frames:
+            try:
+                self.on_frames(frames)
+            except Exception as error:
+                self._trouble("forwarding", error)
+
+    def _on_link_change(self, down_because: str) -> None:
+        self.framer.finish()  # what was begun before has no continuation
+        if self.on_link_change is not None:
+            self.on_link_change(down_because)
 
     def _on_frame(self, frame: Frame, received_s: float) -> None:
         self.peers.on_frame(frame, received_s)
@@ -244,7 +270,10 @@ class Connection:
     def _on_heartbeat(self, frame: Frame, received_s: float) -> None:
         message = decode(frame)
         vehicle_known = self.peers.vehicle is not None
-        self.peers.on_heartbeat(frame, message)
+        others = len(self.peers.other_vehicles)
+        heard = self.peers.on_heartbeat(frame, message)
+        if len(self.peers.other_vehicles) > others and heard and self.on_other_vehicle:
+            self.on_other_vehicle(heard)
         if not self.peers.is_vehicle(frame):
             return
         self.heard_s = received_s
