@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from companion.config.base import NonNegative, PerAxis, Positive, Section, Vector
+from companion.config.link_models import LinkConfig
 
 
 class ResponseConfig(Section):
@@ -29,6 +30,15 @@ class DynamicsConfig(Section):
     quadratic_drag_1_m: NonNegative = Field(description="k2 in the drag k1 v + k2 v|v| per mass.")
 
 
+class AttitudeLoopConfig(Section):
+    """The companion's own attitude loop, for setpoints of body rates."""
+
+    tilt_gain_1_s: Positive = Field(description="Tilt error to rate.")
+    yaw_gain_1_s: Positive = Field(description="Heading error to rate.")
+    tilt_rate_limit_rad_s: Annotated[float, Field(gt=0.0, le=8.0)] = 3.8
+    yaw_rate_limit_rad_s: Annotated[float, Field(gt=0.0, le=6.0)] = 2.0
+
+
 class VehicleConfig(Section):
     """What a user (or an identification) knows about a vehicle; never the simulator's truth."""
 
@@ -49,6 +59,9 @@ class VehicleConfig(Section):
     acceleration_limit_m_s2: Positive
     climb_limit_m_s: Positive
     descent_limit_m_s: Positive
+    attitude_loop: AttitudeLoopConfig | None = Field(
+        default=None, description="What `setpoint: rates` flies with."
+    )
     dynamics: DynamicsConfig | None = Field(
         default=None, description="What `certify` reckons with; flying needs none of it."
     )
@@ -316,6 +329,7 @@ class MissionConfig(Section):
     )
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
     connect: str | None = Field(default=None, description="Link to a real autopilot.")
+    link: LinkConfig = LinkConfig()
     origin: OriginConfig = OriginConfig()
     hover_s: Annotated[float, Field(ge=0.0, le=60.0)] = 4.0
     approach_speed_m_s: Annotated[float, Field(gt=0.05, le=2.0)] = 0.6
