@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 
-from sitl_shim.autopilot.flavours import make_autopilot
+from sitl_shim.autopilot.flavours import aiding_of, make_autopilot
 from sitl_shim.autopilot.interface import TICK_S, TICK_US, Autopilot
 from sitl_shim.data_file import DataFileError
 from sitl_shim.frames import Vector3
@@ -12,7 +12,9 @@ from sitl_shim.plant.payload import LEAST_MASS_SHARE
 from sitl_shim.plant.quadrotor import Plant
 from sitl_shim.plant.state import PlantState
 from sitl_shim.plant.vehicle import VehicleModel, load_vehicle
-from sitl_shim.sensors.estimator import Estimate, Estimator
+from sitl_shim.sensors.aided_estimator import AidedEstimator
+from sitl_shim.sensors.aiding import ExternalPose
+from sitl_shim.sensors.estimator import Estimate
 from sitl_shim.sensors.profile import load_profile
 from sitl_shim.wind import Scenario, load_scenario, make_wind, scenario_path
 
@@ -78,7 +80,7 @@ class Simulation:
         )
         own = self.vehicle.sensor_profile
         profile = load_profile(own if options.sensors is None else options.sensors)
-        self._estimator = Estimator(profile, self.vehicle, seed=options.seed)
+        self._estimator = AidedEstimator(profile, self.vehicle, seed=options.seed)
         self.origin = GlobalOrigin()
         self.autopilot: Autopilot = make_autopilot(
             options.autopilot,
@@ -88,6 +90,9 @@ class Simulation:
             airborne=airborne is not None,
             speed=options.speed,
         )
+        self._flavour = options.autopilot
+        self._revision = -1
+        self._tell_estimator()
         self.time_us = 0
         """Time since boot, µs: a multiple of 4000."""
         self.state: PlantState = self._plant.state
@@ -105,7 +110,18 @@ class Simulation:
         """Advance by 4 ms: the plant under the last commands, then the estimate."""
         self.time_us += TICK_US
         self.state = self._plant.step(self._commands)
+        if self.autopilot.parameters.revision != self._revision:
+            self._tell_estimator()
         self.estimate = self._estimator.update(self.state)
+
+    def receive_pose(self, pose: ExternalPose) -> None:
+        """Take a pose that was measured from outside."""
+        self._estimator.take(pose)
+
+    def _tell_estimator(self) -> None:
+        """Let the estimator lean on what the autopilot's parameters say."""
+        self._revision = self.autopilot.parameters.revision
+        self._estimator.aiding = aiding_of(self._flavour, self.autopilot.parameters)
 
     def control(self) -> None:
         """Let the autopilot act on the estimate; belongs after each `sense`."""

@@ -3,8 +3,11 @@
 from collections.abc import Callable, Mapping
 
 from sitl_shim.autopilot.interface import Autopilot
+from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4.autopilot import Px4Autopilot
+from sitl_shim.autopilot.px4.parameters import aiding_of as px4_aiding
 from sitl_shim.autopilot.px4.parameters import scale_timeouts
+from sitl_shim.sensors.aiding import Aiding
 
 
 def _make_px4(
@@ -24,6 +27,11 @@ def _make_px4(
 
 
 _FLAVOURS: dict[str, Callable[..., Autopilot]] = {"px4": _make_px4}
+
+
+def aiding_of(flavour: str, parameters: ParameterStore) -> Aiding:
+    """What an autopilot's parameters tell its estimator to lean on."""
+    return px4_aiding(parameters) if flavour == "px4" else Aiding()
 
 
 def flavours() -> tuple[str, ...]:

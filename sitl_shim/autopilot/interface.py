@@ -43,6 +43,14 @@ class Motion(Protocol):
     def acceleration_enu_m_s2(self) -> Vector3:
         """Kinematic: 0 at rest."""
 
+    @property
+    def local_position_valid(self) -> bool:
+        """Whether the position in the local frame may be believed."""
+
+    @property
+    def global_position_valid(self) -> bool:
+        """Whether it is known where on Earth the vehicle is."""
+
 
 @dataclass(frozen=True, slots=True)
 class Command:

@@ -33,6 +33,10 @@ class Estimate:
     rate_flu_rad_s: Vector3
     acceleration_enu_m_s2: Vector3
     """Kinematic: 0 at rest."""
+    local_position_valid: bool = True
+    """Whether anything tells where it is, or has until a moment ago."""
+    global_position_valid: bool = True
+    """Whether it knows where on Earth it is."""
 
 
 class Estimator:

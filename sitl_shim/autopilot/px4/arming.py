@@ -1,5 +1,7 @@
 """When the vehicle may be armed, and what its sensors say of themselves while it boots."""
 
+from typing import NamedTuple
+
 from sitl_shim.autopilot.interface import SensorHealth
 from sitl_shim.autopilot.px4.modes import Mode
 
@@ -16,20 +18,36 @@ _UP = SensorHealth(0x0300402F, 0x0301402F, 0x0320C83F)
 _ARMABLE = SensorHealth(_UP.present, _UP.enabled, _UP.health | _PREARM_CHECK)
 
 _NO_ARMING_IN = (Mode.AUTO_LAND, Mode.AUTO_RTL)
+_NEEDS_GLOBAL_POSITION = (Mode.AUTO_LOITER, Mode.AUTO_MISSION, Mode.AUTO_RTL)
 
 
-def mode_can_run(mode: Mode, *, stream_available: bool) -> bool:
-    """Whether a mode has what it needs: sticks there are none, nor is there a mission."""
+class PositionKnown(NamedTuple):
+    """What the estimator says of its position."""
+
+    locally: bool = True
+    globally: bool = True
+
+
+def mode_can_run(mode: Mode, *, stream_available: bool, position: PositionKnown) -> bool:
+    """Whether a mode has what it needs: sticks there are none, nor is there a mission.
+
+    An offboard stream of attitudes needs no position.  To hold takes a global one, which is why a
+    vehicle without satellites cannot be armed in Hold, whatever measures its position.
+    """
     if mode is Mode.OFFBOARD:
         return stream_available
-    return not mode.needs_sticks and mode is not Mode.AUTO_MISSION
+    if mode.needs_sticks or mode is Mode.AUTO_MISSION:
+        return False
+    return position.locally and (position.globally or mode not in _NEEDS_GLOBAL_POSITION)
 
 
-def mode_can_arm(mode: Mode, *, ready: bool, stream_available: bool) -> bool:
+def mode_can_arm(
+    mode: Mode, *, ready: bool, stream_available: bool, position: PositionKnown
+) -> bool:
     """Whether the checks before arming pass in a mode."""
     return (
         ready
-        and mode_can_run(mode, stream_available=stream_available)
+        and mode_can_run(mode, stream_available=stream_available, position=position)
         and mode not in _NO_ARMING_IN
     )
 

@@ -97,6 +97,9 @@ class Px4Autopilot:
             time_us,
             landed=control.landed,
             stream_alive=self._stream.alive(time_us, self._loss_s),
+            position=arming.PositionKnown(
+                motion.local_position_valid, motion.global_position_valid
+            ),
         )
         armed = commander.armed
         if armed and not self._was_armed:

@@ -18,6 +18,7 @@ _CRITICAL, _INFO = 2, 6
 _ACK_DELAY_US = 8_000
 """To the commander's next run and back."""
 _CUSTOM_MODE_ENABLED = 1
+_KNOWN = arming.PositionKnown()
 _SEED_STREAM = 4
 """Beside those of plant, wind and estimator."""
 
@@ -50,6 +51,8 @@ class Commander:
         self.armed = airborne
         self.failsafe_active = False
         self.stream_available = False
+        self.position = arming.PositionKnown()
+        """What the estimator said of its position at the last health checks."""
         self.takeoff_altitude_amsl_m = math.nan
         """Of the last take-off command; NaN for MIS_TAKEOFF_ALT above home."""
 
@@ -64,7 +67,10 @@ class Commander:
     def can_arm(self) -> bool:
         """Whether the checks pass in the intended mode."""
         return arming.mode_can_arm(
-            self.intended, ready=self.ready, stream_available=self.stream_available
+            self.intended,
+            ready=self.ready,
+            stream_available=self.stream_available,
+            position=self.position,
         )
 
     @property
@@ -83,25 +89,34 @@ class Commander:
 
     # --- the run of time ---
 
-    def step(self, time_us: int, *, landed: bool, stream_alive: bool) -> None:
+    def step(
+        self,
+        time_us: int,
+        *,
+        landed: bool,
+        stream_alive: bool,
+        position: arming.PositionKnown = _KNOWN,
+    ) -> None:
         """One period of 4 ms.
 
         Args:
             time_us: boot time.
             landed: the land detector's verdict.
             stream_alive: a setpoint arrived within COM_OF_LOSS_T.
+            position: what the estimator says of its position.
         """
         self._boot_us = time_us
         if time_us % _CHECK_PERIOD_US == 0:
             self.stream_available = stream_alive
+            self.position = position
         self._note_landing(time_us, landed)
         self._update_failsafe()
         if self.armed:
             self._disarm_when_idle(time_us, landed)
 
     def takeoff_done(self) -> None:
-        """The take-off has reached its altitude: hold."""
-        if self.intended is Mode.AUTO_TAKEOFF:
+        """The take-off has reached its altitude: hold, or stay in its mode where that may not."""
+        if self.intended is Mode.AUTO_TAKEOFF and self._can_run(Mode.AUTO_LOITER):
             self.intended = Mode.AUTO_LOITER
         self._update_failsafe()
 
@@ -120,9 +135,16 @@ class Commander:
                 self.say(_INFO, "Takeoff detected")
         self._was_landed = landed
 
+    def _can_run(self, mode: Mode) -> bool:
+        return arming.mode_can_run(
+            mode, stream_available=self.stream_available, position=self.position
+        )
+
     def _update_failsafe(self) -> None:
         lost = self.armed and self.intended is Mode.OFFBOARD and not self.stream_available
-        if not lost:
+        # A mode that is in use loses its position: descend.
+        adrift = self.armed and self.intended.is_auto and not self.position.locally
+        if not (lost or adrift):
             self.failsafe_active = False
             self.mode = self.intended
             return
@@ -130,6 +152,9 @@ class Commander:
             return
         self.failsafe_active = True
         self.say(_CRITICAL, "Failsafe activated")
+        if adrift:
+            self.mode = Mode.AUTO_LAND
+            return
         fallback = failsafe.mode_after_offboard_loss(self._parameters.integer("COM_OBL_RC_ACT"))
         if fallback is None:
             self._disarm("Disarmed by failsafe")
@@ -225,7 +250,7 @@ class Commander:
 
     def _set_mode(self, mode: Mode) -> int:
         """Disarmed, any mode may be chosen; armed, only one that can run."""
-        if self.armed and not arming.mode_can_run(mode, stream_available=self.stream_available):
+        if self.armed and not self._can_run(mode):
             self.say(_CRITICAL, f"Switching to {mode_name(mode)} is currently not available")
             return _TEMPORARILY_REJECTED
         self.intended = mode

@@ -175,7 +175,8 @@ class FlightControl:
             task = self._enter(mode, motion, keep_control=task is not None)
         if mode is Mode.AUTO_TAKEOFF and self._takeoff_done(task, motion):
             self._commander.takeoff_done()
-            task = self._enter(self._commander.mode, motion, keep_control=True, previous=task)
+            if self._commander.mode is not mode:  # else it holds where the take-off has ended
+                task = self._enter(self._commander.mode, motion, keep_control=True, previous=task)
         if detector.maybe_landed and stage is TakeoffStage.FLIGHT:
             self._stand(motion, self.parameters["MPC_THR_MIN"])
             return

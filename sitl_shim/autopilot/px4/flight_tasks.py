@@ -105,6 +105,8 @@ class FlightTask:
         return self._approach(motion, self._goal_xy, self._goal_z, up)
 
     def _land(self, motion: Motion) -> TrajectorySetpoint:
+        if not motion.local_position_valid:
+            return self._descend(motion)
         self.descending = True
         x, y = self._step_xy(self._goal_xy)
         rate = self._slew_z(-self._sink_rate_m_s(motion))

@@ -10,7 +10,10 @@ from sitl_shim.autopilot.parameters import (
     ParameterStore,
     ParameterType,
 )
+from sitl_shim.sensors.aiding import Aiding
 
+_EXTERNAL_HEIGHT = 3
+"""EKF2_HGT_REF: vision."""
 _REAL = ParameterType.REAL32
 _INT = ParameterType.INT32
 
@@ -21,6 +24,15 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("COM_OBL_RC_ACT", _INT, 0, 0, 7, "on loss of the offboard stream, see OffboardLossAction"),
     ("COM_OF_LOSS_T", _REAL, 1.0, 0.0, 60.0, "the offboard stream is lost after this, s"),
     ("COM_SPOOLUP_TIME", _REAL, 1.0, 0.0, 30.0, "motors idle at least this before take-off, s"),
+    ("EKF2_EVA_NOISE", _REAL, 0.1, 0.05, 1000.0, "least noise of an external yaw, rad"),
+    ("EKF2_EVP_NOISE", _REAL, 0.1, 0.01, 1000.0, "least noise of an external position, m"),
+    ("EKF2_EV_CTRL", _INT, 15, 0, 15, "fuse external: 1 x y, 2 height, 4 velocity, 8 yaw"),
+    ("EKF2_EV_DELAY", _REAL, 0.0, 0.0, 300.0, "external poses are older than they say by, ms"),
+    ("EKF2_EV_NOISE_MD", _INT, 0, 0, 1, "0: covariance of the message counts if larger"),
+    ("EKF2_EV_QMIN", _INT, 0, 0, 100, "least quality of an external pose; 0 takes all"),
+    ("EKF2_GPS_CTRL", _INT, 7, 0, 15, "satellites: 1 position, 2 height, 4 velocity, 8 yaw"),
+    ("EKF2_HGT_REF", _INT, 1, 0, 3, "height: 0 barometer, 1 satellites, 2 range, 3 external"),
+    ("EKF2_NOAID_TOUT", _INT, 5000000, 500000, 10000000, "position lost without aid after, us"),
     ("EKF2_PREDICT_US", _INT, 10000, 1000, 20000, "prediction period, us, read at start"),
     ("IMU_DGYRO_CUTOFF", _REAL, 20.0, 0.0, 1000.0, "low-pass of the angular acceleration, Hz"),
     ("IMU_GYRO_CUTOFF", _REAL, 40.0, 0.0, 1000.0, "low-pass of the body rates, Hz; 0 off"),
@@ -103,6 +115,28 @@ def make_parameters(overrides: Mapping[str, float]) -> ParameterStore:
         ParameterError: an override that does not exist here or is out of range.
     """
     return ParameterStore(DEFINITIONS, overrides)
+
+
+def aiding_of(parameters: ParameterStore) -> Aiding:
+    """What EKF2's parameters tell the estimator to lean on.
+
+    Height is the pose's where it is the reference; where it is not, PX4 fuses it less an offset
+    that it estimates, which changes nothing for long.  So it is with the horizontal position and
+    the yaw beside satellites.
+    """
+    control, gnss = parameters.integer("EKF2_EV_CTRL"), parameters.integer("EKF2_GPS_CTRL")
+    return Aiding(
+        gnss=bool(gnss & 1),
+        pose_horizontal=bool(control & 1),
+        pose_height=bool(control & 2) and parameters.integer("EKF2_HGT_REF") == _EXTERNAL_HEIGHT,
+        pose_yaw=bool(control & 8),
+        pose_delay_s=parameters["EKF2_EV_DELAY"] * 1e-3,
+        least_position_noise_m=parameters["EKF2_EVP_NOISE"],
+        least_yaw_noise_rad=parameters["EKF2_EVA_NOISE"],
+        noise_of_message=parameters.integer("EKF2_EV_NOISE_MD") == 0,
+        least_quality=parameters.integer("EKF2_EV_QMIN"),
+        lost_after_s=parameters["EKF2_NOAID_TOUT"] * 1e-6,
+    )
 
 
 def scale_timeouts(overrides: Mapping[str, float], speed: float) -> dict[str, float]:
