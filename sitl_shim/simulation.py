@@ -43,6 +43,8 @@ class ShimOptions:
     """Autopilot parameters that differ from the vehicle's, by name."""
     truth: bool = True
     """Whether the simulator's truth is streamed (from component 240) on the onboard link."""
+    signing_key: bytes | None = field(default=None, repr=False)
+    """32 bytes, with which packets are signed and must be signed; None: they need not be."""
 
 
 @dataclass(frozen=True, slots=True)

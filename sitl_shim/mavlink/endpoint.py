@@ -1,7 +1,7 @@
 """The shim without I/O: bytes and times in, bytes and times out, one tick of 4 ms at a time."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from sitl_shim.autopilot.interface import AttitudeTarget, Command
@@ -17,6 +17,7 @@ from sitl_shim.mavlink.link import AUTOPILOT_COMPONENT_ID, Link
 from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
 from sitl_shim.mavlink.services.context import Context
 from sitl_shim.mavlink.services.dispatcher import Services
+from sitl_shim.mavlink.signing import ACCEPTED_UNSIGNED, Signing
 from sitl_shim.mavlink.statustext import status_messages
 from sitl_shim.mavlink.streams import LISTENS_FROM_US, LinkKind
 from sitl_shim.mavlink.wire import Message
@@ -24,6 +25,8 @@ from sitl_shim.simulation import ShimOptions, Simulation
 
 _GROUND_STATION = 6
 """MAV_TYPE_GCS."""
+_BOOT_UNIX_S = 1_577_836_800.0
+"""2020-01-01: when simulated time begins, where nobody says so."""
 
 
 class Datagram(NamedTuple):
@@ -44,13 +47,26 @@ class Shim:
     Args:
         options: what is simulated.
         links: kind of each link.
+        unix_s: gives the seconds since 1970 now, for signatures; by default simulated time does.
 
     Raises:
-        ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter.
+        ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter, or a
+            signing key that is none.
     """
 
-    def __init__(self, options: ShimOptions, links: Sequence[LinkKind]) -> None:
+    def __init__(
+        self,
+        options: ShimOptions,
+        links: Sequence[LinkKind],
+        *,
+        unix_s: Callable[[], float] | None = None,
+    ) -> None:
         self.simulation = Simulation(options)
+        self.signing = Signing(
+            options.signing_key,
+            unix_s or (lambda: _BOOT_UNIX_S + self.time_s),
+            ACCEPTED_UNSIGNED[options.autopilot],
+        )
         self._system_id = options.system_id
         self._links = [
             Link(
@@ -61,7 +77,11 @@ class Shim:
             )
             for kind in links
         ]
-        self._services = Services(Context(self.simulation, self._links, options.system_id))
+        self._services = Services(
+            Context(self.simulation, self._links, options.system_id, self.signing)
+        )
+        for index, link in enumerate(self._links):
+            link.sign(self.signing, index)
         vehicle = self.simulation.vehicle
         self._command_delay_us = vehicle.command_delay_s * 1e6
         self._telemetry_delay_s = vehicle.telemetry_delay_s
@@ -124,7 +144,7 @@ class Shim:
         link = self._links[index]
         booting = self.simulation.time_us < LISTENS_FROM_US
         for message in link.parser.parse(data):
-            if not booting:
+            if not booting and self.signing.admits(message):
                 self._handle(index, link, message)
 
     def _handle(self, index: int, link: Link, message: Message) -> None:

@@ -3,6 +3,7 @@
 from collections import deque
 
 from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
+from sitl_shim.mavlink.signing import Signing
 from sitl_shim.mavlink.streams import (
     BUILDERS,
     HEARTBEAT_ID,
@@ -58,6 +59,11 @@ class Link:
         self._truth = Packer(system_id, TRUTH_COMPONENT_ID)
         self._late: deque[tuple[int, Message]] = deque()
         self._ground_station_us: int | None = None
+
+    def sign(self, signing: Signing, link_id: int) -> None:
+        """Sign what leaves, or no more, as the vehicle has a key or none."""
+        for packer in (self._autopilot, self._truth):
+            packer.sign(signing.key, link_id, signing.take_stamp)
 
     def send(self, message: Message) -> None:
         """Queue a message of the autopilot."""

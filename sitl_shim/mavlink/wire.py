@@ -3,7 +3,7 @@
 The dialect is ``all``: ``common`` lacks CURRENT_MODE and AVAILABLE_MODES.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from pymavlink.dialects.v20 import all as dialect
@@ -25,13 +25,29 @@ class Packer:
         component_id: of the sender.
     """
 
-    __slots__ = ("_mavlink",)
+    __slots__ = ("_mavlink", "_take_stamp")
 
     def __init__(self, system_id: int, component_id: int) -> None:
         self._mavlink = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+        self._take_stamp: Callable[[], int] | None = None
+
+    def sign(self, key: bytes | None, link_id: int, take_stamp: Callable[[], int]) -> None:
+        """Sign from now on, with 32 bytes of key; or, with None, no more.
+
+        Args:
+            key: of the vehicle.
+            link_id: 0..255, stands in the signatures.
+            take_stamp: gives each packet's time stamp.
+        """
+        signing = self._mavlink.signing
+        signing.secret_key, signing.link_id = key, link_id
+        signing.sign_outgoing = key is not None
+        self._take_stamp = None if key is None else take_stamp
 
     def pack(self, message: Message) -> bytes:
         """One message as one MAVLink 2 frame."""
+        if self._take_stamp is not None:
+            self._mavlink.signing.timestamp = self._take_stamp()
         frame: bytes = message.pack(self._mavlink)
         self._mavlink.seq = (self._mavlink.seq + 1) & 0xFF
         return frame

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sitl_shim.mavlink.link import AUTOPILOT_COMPONENT_ID, Link
+from sitl_shim.mavlink.signing import Signing
 from sitl_shim.mavlink.wire import Message
 from sitl_shim.simulation import Simulation
 
@@ -16,6 +17,7 @@ class Context:
     links: Sequence[Link]
     system_id: int
     """MAVLink system id of the vehicle."""
+    signing: Signing
 
     def concerns(self, message: Message, *, any_system: bool = False) -> bool:
         """Whether a message is addressed to the autopilot.

@@ -7,6 +7,7 @@ from sitl_shim.mavlink.services.clock import Clock
 from sitl_shim.mavlink.services.context import Context
 from sitl_shim.mavlink.services.files import Files
 from sitl_shim.mavlink.services.parameters import Parameters
+from sitl_shim.mavlink.services.signing_setup import SigningSetup
 from sitl_shim.mavlink.wire import Message
 
 Handler = Callable[[int, Message], None]
@@ -32,7 +33,12 @@ class Services:
     """
 
     def __init__(self, context: Context) -> None:
-        self._services: tuple[Service, ...] = (Clock(context), Parameters(context), Files(context))
+        self._services: tuple[Service, ...] = (
+            Clock(context),
+            Parameters(context),
+            Files(context),
+            SigningSetup(context),
+        )
         self._handlers: dict[str, Handler] = {}
         for service in self._services:
             self._handlers.update(service.handlers)
