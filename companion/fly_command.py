@@ -16,7 +16,7 @@ from rich.console import Console
 from companion.config.models import MissionConfig
 from companion.config.resolve import FlightConfig, controller_path, load_flight
 from companion.config.yaml_source import ConfigError, settings_of
-from companion.flight.assemble import infeasibilities, make_stack, make_trajectory
+from companion.flight.assemble import attitude_gains, infeasibilities, make_stack, make_trajectory
 from companion.flight.conduct import Outcome, OutcomeName
 from companion.flight.embedded_shim import embedded_shim
 from companion.flight.errors import ShimRefusedError
@@ -134,6 +134,8 @@ def _check_controller(config: FlightConfig) -> None:
         ConfigError: with the controller's file and the remedy.
     """
     controller, mission = config.controller, config.mission
+    if mission.setpoint == "rates":
+        attitude_gains(config.vehicle)
     try:
         make_stack(controller, config.vehicle, mission)
     except ConfigError as error:

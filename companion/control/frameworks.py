@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from companion.control import delay, tilt, yaw
+from companion.control.attitude import AttitudeGains
 from companion.control.interfaces import InnerController, InnerRecord, OuterController, OuterRecord
 from companion.control.reference_model import Array, PositionModel
 from companion.control.thrust_laws import ThrustLaw
@@ -115,6 +116,8 @@ class Stack:
     thrust: ThrustLaw
     yaw: yaw.YawGains
     limits: Limits
+    attitude_loop: AttitudeGains | None = None
+    """What makes body rates of the command's attitude; None leaves that to the autopilot."""
 
     def about(self, anchor_enu_m: Vector3) -> "Stack":
         """The same stack where its geofence, if it knows one, lies about a point (ENU m)."""

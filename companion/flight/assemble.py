@@ -14,6 +14,7 @@ from companion.config.models import (
     VehicleConfig,
 )
 from companion.config.yaml_source import ConfigError
+from companion.control.attitude import AttitudeGains
 from companion.control.feedback import FeedbackController, direct
 from companion.control.frameworks import Limits, Stack
 from companion.control.inner import L1Controller, PidController
@@ -109,7 +110,8 @@ def make_stack(
         thrust: what the autopilot makes of the thrust field.
 
     Raises:
-        ConfigError: transfer functions or weights that the laws are not made for.
+        ConfigError: transfer functions or weights that the laws are not made for, or setpoints
+            of body rates without an attitude loop.
     """
     climb, descent = vehicle.climb_limit_m_s, vehicle.descent_limit_m_s
     if thrust.kind == "climb_rate":
@@ -120,6 +122,28 @@ def make_stack(
         thrust=_thrust_law(controller.thrust, vehicle, thrust),
         yaw=YawGains(controller.yaw.gain, controller.yaw.rate_limit_rad_s),
         limits=Limits(math.radians(vehicle.tilt_limit_deg), climb, descent),
+        attitude_loop=attitude_gains(vehicle) if mission.setpoint == "rates" else None,
+    )
+
+
+def attitude_gains(vehicle: VehicleConfig) -> AttitudeGains:
+    """The vehicle's attitude loop.
+
+    Raises:
+        ConfigError: its file has none.
+    """
+    loop = vehicle.attitude_loop
+    if loop is None:
+        raise ConfigError(
+            f"the vehicle '{vehicle.name}' states no attitude loop of the companion's, which "
+            "setpoints of body rates need. Add `attitude_loop` to its file, or leave "
+            "`setpoint: rates` out."
+        )
+    return AttitudeGains(
+        loop.tilt_gain_1_s,
+        loop.yaw_gain_1_s,
+        loop.tilt_rate_limit_rad_s,
+        loop.yaw_rate_limit_rad_s,
     )
 
 

@@ -5,13 +5,14 @@ records what it is given, so that a flight can be repeated from its log.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from companion.control.frameworks import Command, Stack, StackMemory, StackRecord, Tick
 from companion.control.mpc import MpcRecord, MpcStatus
 from companion.control.reference_model import Array
+from companion.flight.body_rates import BodyRates
 from companion.flight.supervisor import (
     RESTARTING,
     Facts,
@@ -44,6 +45,8 @@ class Output:
     """The controller's record; None when it did not run."""
     fallback: str
     """Name of the fallback in use, empty for none."""
+    rate_flu_rad_s: Vector3 | None = None
+    """Body rates towards that attitude, to be sent in its place; None where attitudes are sent."""
 
 
 class ControlLoop:
@@ -70,6 +73,8 @@ class ControlLoop:
         self._made_stack, self._made_limits = stack, limits
         self._stack, self._limits = stack, limits
         self._thrust_memory = stack.thrust.start(0.0)
+        gains = stack.attitude_loop
+        self._body_rates = None if gains is None else BodyRates(gains)
 
     @property
     def state_age_limit_s(self) -> float:
@@ -126,21 +131,12 @@ class ControlLoop:
         if self._newest is not None and state.time_s <= self._newest.time_s:
             return None
         self._newest = state
-        command: Command | None = None
-        record: StackRecord | None = None
-        problem = ""
-        if self._timeline is not None and self.rung is not Rung.HAND_OVER:
-            command, record, problem = self._control(self._timeline, state, loop_delay_s)
-        self._judge(state.time_s, 0.0, problem)
-        if self.rung is Rung.HAND_OVER:
-            return Output(self.rung, self._supervisor.reason, None, 0.0, record, "hand over")
-        if command is None:
-            fallback = "level" if self.rung is Rung.LEVEL else ""
-            attitude, field = self._hold(state, state.velocity_enu_m_s[2])
-            return Output(self.rung, self._supervisor.reason, attitude, field, record, fallback)
-        fallback = _FALLBACKS.get(self._plan_status, "")
-        attitude = command.attitude_flu_to_enu
-        return Output(self.rung, "", attitude, command.thrust, record, fallback)
+        output = self._decide(state, loop_delay_s)
+        desired = output.attitude_flu_to_enu
+        if self._body_rates is None or desired is None:
+            return output
+        rate = self._body_rates.at_sample(state, loop_delay_s, desired)
+        return replace(output, rate_flu_rad_s=rate)
 
     def on_silence(self, now_s: float, state_age_s: float, why: str) -> Output | None:
         """Time has passed without a sample that could be flown on.
@@ -160,7 +156,9 @@ class ControlLoop:
         if self.rung is Rung.HAND_OVER:
             return Output(self.rung, self._supervisor.reason, None, 0.0, None, "hand over")
         attitude, field = self._hold(self._newest, 0.0)
-        return Output(self.rung, self._supervisor.reason, attitude, field, None, "level")
+        rates = self._body_rates
+        rate = None if rates is None else rates.in_silence(now_s, attitude)
+        return Output(self.rung, self._supervisor.reason, attitude, field, None, "level", rate)
 
     def desired_position(self, autopilot_time_s: float) -> Array | None:
         """The reference at a time, (3,) ENU m; None while holding."""
@@ -168,6 +166,24 @@ class ControlLoop:
             return None
         position: Array = self._timeline.position(np.array([autopilot_time_s]))[0]
         return position
+
+    def _decide(self, state: VehicleState, loop_delay_s: float) -> Output:
+        """Attitude and thrust for a sample, or that nothing is sent."""
+        command: Command | None = None
+        record: StackRecord | None = None
+        problem = ""
+        if self._timeline is not None and self.rung is not Rung.HAND_OVER:
+            command, record, problem = self._control(self._timeline, state, loop_delay_s)
+        self._judge(state.time_s, 0.0, problem)
+        if self.rung is Rung.HAND_OVER:
+            return Output(self.rung, self._supervisor.reason, None, 0.0, record, "hand over")
+        if command is None:
+            fallback = "level" if self.rung is Rung.LEVEL else ""
+            attitude, field = self._hold(state, state.velocity_enu_m_s[2])
+            return Output(self.rung, self._supervisor.reason, attitude, field, record, fallback)
+        fallback = _FALLBACKS.get(self._plan_status, "")
+        attitude = command.attitude_flu_to_enu
+        return Output(self.rung, "", attitude, command.thrust, record, fallback)
 
     def _control(
         self, timeline: Timeline, state: VehicleState, loop_delay_s: float

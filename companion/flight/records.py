@@ -31,8 +31,13 @@ CONTROL = ChannelSpec(
         Field("attitude_flu_to_enu", "array", "as reported"),
         Field("desired_enu_m", "array", "y2*, the reference at the sample's time"),
         Field("attitude_setpoint_flu_to_enu", "array"),
+        Field("rate_setpoint_flu_rad_s", "array", "sent in place of the attitude, if rates are"),
         Field("thrust", description="thrust field of the setpoint, 0..1"),
-        Field("hover_thrust", description="estimated thrust field at hover, 0..1"),
+        Field(
+            "hover_thrust",
+            description="estimated thrust field at hover, 0..1; null where the field is a climb "
+            "rate",
+        ),
         Field("r2_enu_m", "array", "position reference from the outer controller"),
         Field("r1_enu_m_s", "array", "velocity reference of the L1 controller"),
         Field("u", "array", "output of the L1 controller: sines of the tilt, climb rate in m/s"),
@@ -118,6 +123,7 @@ def control_record(
         "attitude_flu_to_enu": state.attitude_flu_to_enu,
         "desired_enu_m": _NO_VECTOR if desired_m is None else desired_m.tolist(),
         "attitude_setpoint_flu_to_enu": output.attitude_flu_to_enu or _NO_QUATERNION,
+        "rate_setpoint_flu_rad_s": output.rate_flu_rad_s or _NO_VECTOR,
         "thrust": output.thrust,
     }
     record.update(_NO_STACK if output.stack is None else _stack_fields(output.stack))
@@ -147,6 +153,7 @@ def silence_record(autopilot_time_s: float, now_s: float, output: Output) -> dic
         "attitude_flu_to_enu": _NO_QUATERNION,
         "desired_enu_m": _NO_VECTOR,
         "attitude_setpoint_flu_to_enu": output.attitude_flu_to_enu or _NO_QUATERNION,
+        "rate_setpoint_flu_rad_s": output.rate_flu_rad_s or _NO_VECTOR,
         "thrust": output.thrust,
         **_NO_STACK,
     }

@@ -25,8 +25,14 @@ from companion.flight.records import (
 from companion.flight.supervisor import Rung
 from companion.flight.timing import Punctuality
 from companion.flight.voice import RecordLog, Voice
-from companion.frames import tilt_cosine
-from companion.mavlink.setpoints import AttitudeSetpoint, InvalidSetpointError, setpoint_message
+from companion.frames import Quaternion, tilt_cosine
+from companion.mavlink.setpoints import (
+    AttitudeSetpoint,
+    BodyRateSetpoint,
+    InvalidSetpointError,
+    Setpoint,
+    setpoint_message,
+)
 from companion.vehicle_state import VehicleState
 
 _WATCH_S = 0.02
@@ -172,8 +178,11 @@ class SetpointStream:
             if self._stood_still():
                 return False
             try:
-                setpoint = AttitudeSetpoint(output.attitude_flu_to_enu, output.thrust)
-                message = setpoint_message(setpoint, autopilot_s, self._connection.target)
+                message = setpoint_message(
+                    _setpoint(output, output.attitude_flu_to_enu),
+                    autopilot_s,
+                    self._connection.target,
+                )
             except InvalidSetpointError as error:
                 # The ladder makes none of these: what made it cannot be trusted further.
                 self._give_up(f"a setpoint was withheld: {error}")
@@ -263,3 +272,14 @@ class SetpointStream:
                 self._record_trouble_told = True
                 text = f"a record of '{topic}' was lost ({type(error).__name__}: {error})"
                 self._voice.tell("warning", text)
+
+
+def _setpoint(output: Output, attitude: Quaternion) -> Setpoint:
+    """What is sent of an output.
+
+    Raises:
+        InvalidSetpointError: the vehicle may not be given it.
+    """
+    if output.rate_flu_rad_s is None:
+        return AttitudeSetpoint(attitude, output.thrust)
+    return BodyRateSetpoint(output.rate_flu_rad_s, output.thrust)
