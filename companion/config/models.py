@@ -6,6 +6,7 @@ from pydantic import Field, field_validator, model_validator
 
 from companion.config.base import NonNegative, PerAxis, Positive, Section, Vector
 from companion.config.link_models import LinkConfig
+from companion.config.preflight_models import PreflightConfig
 
 
 class ResponseConfig(Section):
@@ -337,3 +338,4 @@ class MissionConfig(Section):
     geofence: GeofenceConfig = GeofenceConfig()
     timeouts: TimeoutsConfig = TimeoutsConfig()
     supervisor: SupervisorConfig = SupervisorConfig()
+    preflight: PreflightConfig = PreflightConfig()

@@ -12,29 +12,34 @@ from typing import Protocol
 from companion.flight.admission import Admission
 from companion.flight.errors import LinkLostError
 from companion.flight.exchanges import Exchanges
+from companion.flight.health import Health
 from companion.flight.reports import REPORT_IDS, Reports
 from companion.flight.waiting import Waiting
 from companion.link.link import Link
+from companion.mavlink.boot_time import BootWatch
 from companion.mavlink.codec import Packer, decode
 from companion.mavlink.commands import ack_from_frame
 from companion.mavlink.dialect import message_name
-from companion.mavlink.dialects.base import AutopilotDialect, Readiness
+from companion.mavlink.dialects import dialect_for
+from companion.mavlink.dialects.base import AutopilotDialect, Readiness, ReadinessFacts, Stream
 from companion.mavlink.framing import Frame, Framer
 from companion.mavlink.messages import (
     MessageId,
     Outgoing,
     Severity,
     Target,
-    VehicleStateOfHealth,
     heartbeat,
     status_texts,
 )
 from companion.mavlink.peers import PeerTable, Vehicle
 from companion.mavlink.signing import Signing
-from companion.mavlink.telemetry import Rejected, is_truth, state_from_odometry
-from companion.mavlink.timesync import ClockEstimator
+from companion.mavlink.state_source import STATE_MESSAGES, StateReader, StateSource
+from companion.mavlink.telemetry import Rejected, is_truth
+from companion.mavlink.timesync import ClockEstimator, boot_time_s
 from companion.vehicle_state import VehicleState
 
+_ARRIVES_S = 1.0
+"""The state counts as arriving for so long after a sample."""
 _HOUSEKEEPING_S = 0.05
 _HEARTBEAT_S = 1.0
 _SILENCE_TOLD_S = 1.0
@@ -61,20 +66,42 @@ class Connection:
     """A link with a vehicle behind it."""
 
     def __init__(
-        self, link: Link, dialect: AutopilotDialect, log: FrameLog, signing: Signing | None = None
+        self,
+        link: Link,
+        log: FrameLog,
+        signing: Signing | None = None,
+        *,
+        system_id: int | None = None,
     ) -> None:
-        self.dialect = dialect
+        """Take a link.
+
+        Args:
+            link: the way to the vehicle; its `on_bytes` is set here.
+            log: where every frame is recorded.
+            signing: signs and checks packets; None for a link without a key.
+            system_id: take only this system for the vehicle; None takes the first.
+        """
         self.signing = signing
         """With it, everything that leaves is signed, and only what is signed right is read."""
         self.admission = Admission(None if signing is None else signing.verifier)
         self.waiting = Waiting()
-        self.exchanges = Exchanges(self.waiting, self.send, dialect)
+        self.exchanges = Exchanges(self.waiting, self.send, lambda: self.dialect)
         self.reports = Reports(on_mode=self._on_mode)
         self.clock = ClockEstimator()
-        self.peers = PeerTable()
+        self.peers = PeerTable(wanted_system_id=system_id)
         self.framer = Framer()
-        self.health = VehicleStateOfHealth.ACTIVE
+        self.health = Health()
         """What our own heartbeat says of us."""
+        self.streams: tuple[Stream, ...] = ()
+        """What the autopilot granted, at the intervals that were asked for."""
+        self.counts: dict[int, int] = {}
+        """How many of each message came from the vehicle."""
+        self.state_rate_hz = 0.0
+        """How often the state was asked for; 0 before that."""
+        self.restarts = 0
+        """How often the autopilot has been seen to restart."""
+        self.lost_after_s = math.inf
+        """The link counts as lost after this long in silence."""
         self.state: VehicleState | None = None
         self.heard_s = -math.inf
         """When anything came from the vehicle last."""
@@ -99,6 +126,10 @@ class Connection:
         """Told when the link is lost or there again: why it is down, empty if it is up."""
         self.on_other_vehicle: Callable[[Vehicle], None] | None = None
         """Told of each vehicle on the link that is not the chosen one, once."""
+        self._dialect: AutopilotDialect | None = None
+        self._reader = StateReader()
+        self._sampled_s = -math.inf
+        self._boot = BootWatch()
         self._link = link
         self._log = log
         self._packer = Packer(1, signer=None if signing is None else signing.signer)
@@ -115,6 +146,34 @@ class Connection:
         return self.peers.vehicle.target
 
     @property
+    def our_system_id(self) -> int:
+        """By which we send; the vehicle's own, once it is known, unless another was asked for."""
+        return self._packer.system_id
+
+    @property
+    def dialect(self) -> AutopilotDialect:
+        """How the vehicle's autopilot speaks; only once it is known."""
+        assert self._dialect is not None
+        return self._dialect
+
+    @property
+    def dialect_known(self) -> bool:
+        """True once the vehicle's heartbeat has told what it is, and we know that kind."""
+        return self._dialect is not None
+
+    @property
+    def hand_over_explanation(self) -> str:
+        """What the vehicle does after a hand-over, for a person."""
+        if self._dialect is None:
+            return "the companion had commanded nothing"
+        return self._dialect.hand_over.explanation
+
+    @property
+    def state_source(self) -> StateSource:
+        """What the state is made of."""
+        return self._reader.source
+
+    @property
     def _our_address(self) -> tuple[int, int]:
         return (self._packer.system_id, self._packer.component_id)
 
@@ -128,14 +187,37 @@ class Connection:
     def mode(self) -> str:
         """Name of the vehicle's mode."""
         mode = self.reports.custom_mode
-        return "unknown" if mode is None else self.dialect.mode_name(mode)
+        if mode is None or self._dialect is None:
+            return "unknown"
+        return self._dialect.mode_name(mode)
 
     @property
     def readiness(self) -> Readiness:
         """Whether the autopilot would arm."""
-        if self.reports.sensors is None:
-            return Readiness(False, ("no SYS_STATUS came yet",))
-        return self.dialect.readiness(*self.reports.sensors)
+        now = asyncio.get_running_loop().time()
+        reports = self.reports
+        return self.dialect.readiness(
+            ReadinessFacts(
+                reports.custom_mode,
+                reports.sensors,
+                reports.sensors_of_mode,
+                reports.estimator_flags,
+                now - self._sampled_s <= _ARRIVES_S,
+            )
+        )
+
+    async def request_streams(self, state_rate_hz: float) -> None:
+        """Ask for what the flight needs, the state at the given rate.
+
+        Raises:
+            FlightAbortedError: a stream that is needed was refused.
+        """
+        self.state_rate_hz = state_rate_hz
+        source, self.streams = await self.exchanges.request_streams(self.target, state_rate_hz)
+        if source is not self._reader.source:
+            self._reader.source = source
+            self.state = None
+            self.rejected_because = ""
 
     def loop_seconds(self, autopilot_seconds: float) -> float:
         """How long a time of the autopilot's clock is by ours."""
@@ -161,11 +243,10 @@ class Connection:
         for chunk in status_texts(severity, text, self._text_id):
             self.send(chunk)
 
-    async def housekeeping(self, lost_after_s: float, tell: Callable[[str], None]) -> None:
+    async def housekeeping(self, tell: Callable[[str], None]) -> None:
         """Keep heartbeat, clock and exchanges going, until cancelled or the link is lost.
 
         Args:
-            lost_after_s: the link counts as lost after this long in silence.
             tell: told when the vehicle falls silent.
         """
         loop = asyncio.get_running_loop()
@@ -177,10 +258,10 @@ class Connection:
                 if silence > _SILENCE_TOLD_S and not told:
                     tell(f"nothing was heard from the autopilot for {_SILENCE_TOLD_S:g} s")
                 told = silence > _SILENCE_TOLD_S
-                if silence > lost_after_s:
+                if silence > self.lost_after_s:
                     self.waiting.fail(
                         LinkLostError(
-                            f"Nothing was heard from the autopilot for {lost_after_s:g} s over "
+                            f"Nothing was heard from the autopilot for {self.lost_after_s:g} s over "
                             f"{self.link_description}: the link is lost. What the vehicle does "
                             "now is its autopilot's failsafe."
                         )
@@ -194,7 +275,7 @@ class Connection:
         try:
             if now_s >= self._heartbeat_due_s:
                 self._heartbeat_due_s = now_s + _HEARTBEAT_S
-                self.send(heartbeat(self.health))
+                self.send(heartbeat(self.health.say()))
             for outgoing in self.clock.outgoing(now_s):
                 self.send(outgoing)
             self.exchanges.pump(now_s)
@@ -240,9 +321,12 @@ class Connection:
         if not self.peers.is_vehicle(frame) or is_truth(frame):
             return
         self.heard_s = received_s
-        if message_id == MessageId.ODOMETRY:
-            self._on_odometry(frame, received_s)
+        self.counts[message_id] = self.counts.get(message_id, 0) + 1
+        if message_id in STATE_MESSAGES:
+            self._on_state_message(frame, received_s)
         elif message_id == MessageId.TIMESYNC:
+            if self._boot.restarted(boot_time_s(frame)):
+                self._on_restart()
             for outgoing in self.clock.on_timesync(received_s, frame):
                 self.send(outgoing)
         elif message_id == MessageId.COMMAND_ACK:
@@ -255,8 +339,14 @@ class Connection:
         for listener in self.listeners.get(message_id, ()):
             listener(frame, received_s)
 
-    def _on_odometry(self, frame: Frame, received_s: float) -> None:
-        sample = state_from_odometry(frame)
+    def _on_state_message(self, frame: Frame, received_s: float) -> None:
+        if self.clock.valid:
+            about_s = self.clock.autopilot_time(received_s)
+        else:
+            about_s = 0.0 if self.state is None else self.state.time_s
+        sample = self._reader.take(frame, about_s)
+        if sample is None:
+            return
         if isinstance(sample, Rejected):
             self.rejected_samples += 1
             self.rejected_because = sample.reason
@@ -264,8 +354,22 @@ class Connection:
         self.rejected_because = ""
         self.samples += 1
         self.state = sample
+        self._sampled_s = received_s
         if self.on_state is not None:
             self.on_state(sample, received_s)
+
+    def _on_restart(self) -> None:
+        """Whatever the autopilot said or promised before is not true any more."""
+        self.restarts += 1
+        self.state = None
+        self.rejected_because = ""
+        self._sampled_s = -math.inf
+        self.clock = ClockEstimator()
+        self.streams = ()
+        self.counts = {}
+        self._reader.forget()
+        self.reports.forget()
+        self.waiting.wake()
 
     def _on_heartbeat(self, frame: Frame, received_s: float) -> None:
         message = decode(frame)
@@ -280,6 +384,8 @@ class Connection:
         self.admission.on_vehicle(frame)
         if not vehicle_known:
             self._packer.system_id = frame.system_id
+        if self._dialect is None:
+            self._dialect = dialect_for(int(message.autopilot))
         self.reports.take_heartbeat(message)
 
     def _on_mode(self, custom_mode: int) -> None:

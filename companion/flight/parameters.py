@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Iterable
 
 from companion.flight.connection import Connection
-from companion.mavlink.exchange import Verdict
+from companion.mavlink.exchange import Patience, Verdict
 from companion.mavlink.framing import Frame
 from companion.mavlink.messages import MessageId
 from companion.mavlink.parameter_exchange import ParameterExchange
@@ -23,13 +23,19 @@ class Parameters:
             connection.listeners.setdefault(int(message_id), []).append(self._on_frame)
         connection.chores.append(self._pump)
 
-    async def read(self, names: Iterable[str]) -> dict[str, float]:
+    async def read(
+        self, names: Iterable[str], patience: Patience | None = None
+    ) -> dict[str, float]:
         """Values of those parameters that the autopilot has; the others are left out.
+
+        Args:
+            names: which; all are asked for at once.
+            patience: with each of them.  ArduPilot does not answer for what it does not have.
 
         Raises:
             FlightAbortedError: the wait was ended from outside.
         """
-        exchanges = [self._begin(name, None) for name in names]
+        exchanges = [self._begin(name, None, patience) for name in names]
         await self._settle(exchanges)
         return {
             exchange.name: float(exchange.parameter.value)
@@ -47,10 +53,19 @@ class Parameters:
         await self._settle([exchange])
         return exchange
 
-    def _begin(self, name: str, wanted: float | None) -> ParameterExchange:
+    def close(self) -> None:
+        """Listen no more; exchanges that were begun come to nothing."""
+        self._pending = []
+        for message_id in (MessageId.PARAM_VALUE, MessageId.PARAM_ERROR):
+            self._connection.listeners[int(message_id)].remove(self._on_frame)
+        self._connection.chores.remove(self._pump)
+
+    def _begin(
+        self, name: str, wanted: float | None, patience: Patience | None = None
+    ) -> ParameterExchange:
         connection = self._connection
         exchange = ParameterExchange(
-            name, connection.target, connection.dialect.parameter_encoding, wanted
+            name, connection.target, connection.dialect.parameter_encoding, wanted, patience
         )
         self._pending.append(exchange)
         return exchange

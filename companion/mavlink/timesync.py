@@ -37,6 +37,12 @@ _BURST_INTERVAL_S = 0.1
 _INTERVAL_S = 0.5
 
 
+def boot_time_s(frame: Frame) -> float:
+    """The autopilot's time since boot in a TIMESYNC of its own, question or answer, s."""
+    tc1, ts1 = _WIRE.unpack_from(frame.payload.ljust(_WIRE.size, b"\0"))
+    return float(tc1 or ts1) * 1e-9
+
+
 class _Sample(NamedTuple):
     middle_s: float
     """Our time half-way between request and answer."""
@@ -82,6 +88,11 @@ class ClockEstimator:
     def round_trip_s(self) -> float:
         """Shortest round trip among the last exchanges, by our clock; NaN before the first."""
         return min((sample.round_trip_s for sample in self._samples), default=math.nan)
+
+    @property
+    def round_trips_s(self) -> tuple[float, ...]:
+        """Of the last exchanges, by our clock, oldest first."""
+        return tuple(sample.round_trip_s for sample in self._samples)
 
     @property
     def due_s(self) -> float:
