@@ -6,12 +6,14 @@ import os
 import signal
 import stat
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from sitl_shim.autopilot.flavours import flavours
+from sitl_shim.key_file import KEY_VARIABLE, signing_key
 from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.server import (
     LOOPBACK,
@@ -87,6 +89,14 @@ def run(
         list[str] | None,
         typer.Option(metavar="NAME=VALUE", help="Autopilot parameter; may be repeated."),
     ] = None,
+    signing_key_file: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Sign packets, and read only signed ones: 32 bytes or 64 hex digits, mode 600."
+            f" Else the key in {KEY_VARIABLE}, if any.",
+        ),
+    ] = None,
     exit_with_parent: Annotated[
         bool,
         typer.Option(
@@ -107,6 +117,7 @@ def run(
             system_id=system_id,
             speed=speed,
             parameters=dict(_parse_parameter(text) for text in parameter or ()),
+            signing_key=signing_key(signing_key_file, os.environ),
         )
         ground, onboard = default_links(instance)
         links = [
@@ -127,7 +138,13 @@ async def _serve_until_told(
     """Serve until SIGINT, SIGTERM or, if so asked, the end of standard input."""
     loop = asyncio.get_running_loop()
     task = asyncio.ensure_future(
-        serve(options, links, host=host, ready=lambda bound: _say_ready(options, bound))
+        serve(
+            options,
+            links,
+            host=host,
+            ready=lambda bound: _say_ready(options, bound),
+            rejected=_say_rejected,
+        )
     )
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, task.cancel)
@@ -179,6 +196,12 @@ def _say_ready(options: ShimOptions, bound: Sequence[BoundLink]) -> None:
         f" seed {options.seed}, {links}"
     )
     sys.stdout.flush()
+
+
+def _say_rejected(counts: Mapping[str, int]) -> None:
+    if counts:
+        listed = ", ".join(f"{count} {reason}" for reason, count in sorted(counts.items()))
+        typer.echo(f"sitl-shim: packets that were not read: {listed}", err=True)
 
 
 def _with_ports(link: UdpLink, port: int | None, remote: int | None) -> UdpLink:

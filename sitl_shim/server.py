@@ -7,7 +7,8 @@ client's address for good.
 import asyncio
 import contextlib
 import errno
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -88,6 +89,7 @@ async def serve(
     *,
     host: str = LOOPBACK,
     ready: Callable[[Sequence[BoundLink]], None] = lambda _: None,
+    rejected: Callable[[Mapping[str, int]], None] = lambda _: None,
 ) -> None:
     """Fly until cancelled, answering over UDP.
 
@@ -96,13 +98,17 @@ async def serve(
         links: the links to open.
         host: address to bind, and to speak to until a client has spoken.
         ready: called once with the open links, before the first datagram leaves.
+        rejected: called at the end with the packets not read for their signatures, by the reason.
 
     Raises:
         ValueError: an unknown vehicle, scenario, flavour or parameter.
         PortError: a port is taken or may not be bound.
     """
     loop = asyncio.get_running_loop()
-    shim = Shim(options, [link.kind for link in links])
+    # Stamps of signatures follow the calendar, at whatever speed simulated time goes, and so grow
+    # over restarts; the loop's clock carries them on, since that one is never set back.
+    epoch_unix_s = time.time() - loop.time()
+    shim = Shim(options, [link.kind for link in links], unix_s=lambda: epoch_unix_s + loop.time())
     endpoints: list[_Endpoint] = []
     driver = LoopDriver(
         shim,
@@ -119,6 +125,7 @@ async def serve(
             local = transport.get_extra_info("sockname")
             bound.append(BoundLink(link.kind, (local[0], local[1]), remote))
         ready(bound)
+        stack.callback(lambda: rejected(shim.signing.rejected))
         await driver.run()
 
 
