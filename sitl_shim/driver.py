@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from sitl_shim.autopilot.interface import TICK_S
 from sitl_shim.mavlink.endpoint import Datagram, Shim
+from sitl_shim.sensors.camera import MocapCamera
 
 _TICKS_AT_ONCE = 25
 """After a stall, so many ticks are caught up before sockets are looked at again."""
@@ -22,9 +23,18 @@ class LoopDriver:
         shim: what is stepped.
         speed: simulated seconds per second of the loop.
         deliver: takes what clients receive, one MAVLink message per call.
+        room: the room's cameras, and who receives their frames; None if there are none.
     """
 
-    def __init__(self, shim: Shim, *, speed: float, deliver: Deliver) -> None:
+    def __init__(
+        self,
+        shim: Shim,
+        *,
+        speed: float,
+        deliver: Deliver,
+        room: tuple[MocapCamera, Callable[[bytes], None]] | None = None,
+    ) -> None:
+        self._room = room
         self._shim = shim
         self._speed = speed
         self._tick_s = TICK_S / speed
@@ -88,6 +98,11 @@ class LoopDriver:
     def _step(self, loop: asyncio.AbstractEventLoop) -> None:
         self._tick += 1
         datagrams = self._shim.step()
+        if self._room is not None:
+            camera, receive = self._room
+            frame = camera.look(self._shim.simulation.state)
+            if frame is not None:
+                loop.call_at(self._start + frame.due_s / self._speed, receive, frame.data)
         if not datagrams:
             return
         # All that leaves at a tick arrives together.

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from sitl_shim.driver import LoopDriver
 from sitl_shim.mavlink.endpoint import Shim
 from sitl_shim.mavlink.streams import LinkKind
+from sitl_shim.sensors.camera import CameraOptions, MocapCamera
 from sitl_shim.simulation import ShimOptions
 
 __all__ = ["LockstepShim", "ShimOptions"]
@@ -18,16 +19,25 @@ class LockstepShim:
     Args:
         options: what is simulated.
         send: takes what the client receives, one MAVLink message per call.
+        on_frame: takes what the room's motion capture says of the vehicle; None: there is none.
 
     Raises:
         ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter.
     """
 
-    def __init__(self, options: ShimOptions, send: Callable[[bytes], None]) -> None:
+    def __init__(
+        self,
+        options: ShimOptions,
+        send: Callable[[bytes], None],
+        *,
+        on_frame: Callable[[bytes], None] | None = None,
+    ) -> None:
+        camera = MocapCamera(CameraOptions(), seed=options.seed)
         self._driver = LoopDriver(
             Shim(options, (LinkKind.ONBOARD,)),
             speed=options.speed,
             deliver=lambda _, data: send(data),
+            room=None if on_frame is None else (camera, on_frame),
         )
 
     def receive(self, data: bytes) -> None:

@@ -14,10 +14,12 @@ class Clock:
 
     Args:
         context: of the vehicle.
+        on_answer: takes the answers to the autopilot's own questions, with the link's index.
     """
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, on_answer: Callable[[int, Message], None]) -> None:
         self._context = context
+        self._on_answer = on_answer
 
     @property
     def handlers(self) -> Mapping[str, Callable[[int, Message], None]]:
@@ -32,6 +34,8 @@ class Clock:
             now_ns = self._context.sim.time_us * 1000
             answer = dialect.MAVLink_timesync_message(now_ns, message.ts1)
             self._context.links[link].send(answer)
+        else:
+            self._on_answer(link, message)
 
     def _ping(self, link: int, message: Message) -> None:
         if message.target_system == 0 and message.target_component == 0:

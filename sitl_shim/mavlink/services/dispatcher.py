@@ -5,6 +5,7 @@ from typing import Protocol
 
 from sitl_shim.mavlink.services.clock import Clock
 from sitl_shim.mavlink.services.context import Context
+from sitl_shim.mavlink.services.external_pose import ExternalPoses
 from sitl_shim.mavlink.services.files import Files
 from sitl_shim.mavlink.services.parameters import Parameters
 from sitl_shim.mavlink.services.signing_setup import SigningSetup
@@ -33,8 +34,10 @@ class Services:
     """
 
     def __init__(self, context: Context) -> None:
+        poses = ExternalPoses(context)
         self._services: tuple[Service, ...] = (
-            Clock(context),
+            Clock(context, on_answer=poses.timesync_answer),
+            poses,
             Parameters(context),
             Files(context),
             SigningSetup(context),
