@@ -1,0 +1,122 @@
+"""The checks before one flight, and what they have set, until after it."""
+
+import contextlib
+from pathlib import Path
+
+from companion.config.resolve import FlightConfig
+from companion.flight.connection import Connection
+from companion.flight.errors import FlightAbortedError, FlightRefusedError
+from companion.flight.fixing import restore_parameters, set_parameters
+from companion.flight.inspection import gather
+from companion.flight.plan_to_check import plan_to_check
+from companion.flight.restore_file import RESTORE_NAME, RestoreFileError
+from companion.flight.voice import Voice
+from companion.preflight.finding import (
+    Finding,
+    ParameterChange,
+    Verdict,
+    accepting,
+    changes_of,
+    with_verdict,
+)
+from companion.preflight.judgement import judge
+from companion.trajectories.trajectory import Trajectory
+
+_MEASURED_S = 1.0
+
+
+class Inspector:
+    """Checks a vehicle before its flight; with ``preflight.fix`` sets what it would have otherwise.
+
+    Only warnings and worse are told: who wants all of it asks `companion check`.
+    """
+
+    def __init__(
+        self,
+        config: FlightConfig,
+        trajectory: Trajectory,
+        connection: Connection,
+        voice: Voice,
+        folder: Path,
+    ) -> None:
+        """Prepare the checks of a flight.
+
+        Args:
+            config: mission and vehicle.
+            trajectory: what is to be tracked.
+            connection: to the vehicle, which need not be known yet.
+            voice: tells a person.
+            folder: of the flight's files, where the restore file goes.
+        """
+        self._config = config
+        self._trajectory = trajectory
+        self._connection = connection
+        self._voice = voice
+        self._restore_file = folder / RESTORE_NAME
+        self._changes: list[ParameterChange] = []
+        """What was set, or begun to be."""
+
+    async def before_flight(self) -> None:
+        """Check; the streams flow already, and nothing is armed.
+
+        Raises:
+            FlightRefusedError: something forbids the flight; the text says what and the remedy.
+            FlightAbortedError: the link was lost, or the wait was ended from outside.
+        """
+        connection, mission = self._connection, self._config.mission
+        facts = await gather(connection, _MEASURED_S, all_of_it=False)
+        plan = plan_to_check(self._config, self._trajectory, connection.our_system_id)
+        findings = judge(facts, plan, settled=False)
+        if mission.preflight.fix:
+            findings = await self._fix(findings)
+        findings = accepting(findings, mission.preflight.accept)
+        for finding in with_verdict(findings, Verdict.WARNING):
+            self._voice.tell("warning", finding.sentence)
+        refusals = with_verdict(findings, Verdict.REFUSAL)
+        if refusals:
+            raise FlightRefusedError(" ".join(finding.sentence for finding in refusals))
+
+    async def after_flight(self) -> None:
+        """Set back what was set, once the vehicle stands; never raises for the vehicle's sake."""
+        if not self._changes:
+            return
+        connection, changes = self._connection, self._changes
+        self._changes = []
+        by_hand = (
+            f"`companion check --connect URL --restore {self._restore_file}` restores "
+            f"{', '.join(change.name for change in changes)}"
+        )
+        if connection.reports.armed:
+            self._voice.tell("warning", f"not restored while the vehicle is armed. {by_hand}")
+            return
+        try:
+            problems = await restore_parameters(connection, changes, self._voice.tell)
+        except (FlightAbortedError, FlightRefusedError) as error:
+            problems = [str(error)]
+        if problems:
+            self._voice.tell("error", f"{' '.join(problems)} {by_hand}")
+            return
+        with contextlib.suppress(OSError):
+            self._restore_file.unlink()
+
+    async def _fix(self, findings: list[Finding]) -> list[Finding]:
+        """Set what findings would have otherwise.
+
+        Returns:
+            The findings that remain.
+
+        Raises:
+            FlightRefusedError: a parameter could not be set, or the restore file not be written.
+        """
+        changes = changes_of(findings)
+        self._changes = changes
+        try:
+            problems = await set_parameters(
+                self._connection, changes, self._restore_file, self._voice.tell
+            )
+        except RestoreFileError as error:
+            self._changes = []
+            raise FlightRefusedError(str(error)) from error
+        if problems:
+            raise FlightRefusedError(" ".join(problems))
+        return [finding for finding in findings if finding.change is None]
