@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol
 
+from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.frames import Quaternion, Vector3
 
@@ -60,6 +62,8 @@ class Command:
     """MAV_CMD."""
     parameters: tuple[float, float, float, float, float, float, float]
     """param1 to param7; NaN where the sender leaves the choice to the autopilot."""
+    position_xy_m: tuple[float, float] | None = None
+    """param5 and param6 read as latitude and longitude, in the local frame (east, north)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +99,57 @@ class AttitudeTarget:
     rate_flu_rad_s: Vector3
     thrust: float
     """Collective, 0 to 1."""
+
+
+class Announcement(Enum):
+    """Messages that an autopilot sends on all links without being asked, when something changed."""
+
+    HEARTBEAT = "heartbeat"
+    ORIGIN = "origin"
+    HOME = "home"
+
+
+@dataclass(frozen=True, slots=True)
+class EstimatorState:
+    """How far the estimator has got."""
+
+    flags: int
+    """EKF_STATUS_FLAGS of ArduPilot's EKF_STATUS_REPORT."""
+    gps_fix: int
+    """GPS_FIX_TYPE."""
+    origin_known: bool
+    """Whether the local frame's origin is set."""
+    position_known: bool
+    """Whether positions and velocities are estimated."""
+    yaw_error_rad: float
+    """Its heading is off by this, about up, until it aligns itself in flight."""
+
+
+@dataclass(frozen=True, slots=True)
+class PositionSetpoint:
+    """A position, velocity and acceleration setpoint that came in.  World ENU.
+
+    NaN stands for what the sender leaves out.
+    """
+
+    position_enu_m: Vector3
+    velocity_enu_m_s: Vector3
+    acceleration_enu_m_s2: Vector3
+    yaw_enu_rad: float
+    yaw_rate_rad_s: float
+    """About the vertical, positive to the left."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One event of MAVLink's events interface."""
+
+    id: int
+    """Component and hash of the name."""
+    levels: int
+    """Log levels: internal in the high half, external in the low half."""
+    arguments: bytes
+    """As the event's definition lays them out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +196,7 @@ class Autopilot(Protocol):
     """One autopilot: it flies the vehicle and answers for its own state."""
 
     parameters: ParameterStore
+    mission: MissionPlan
 
     def step(self, time_us: int, motion: Motion) -> RotorCommands:
         """Run one period of 4 ms and return the rotors' signals."""
@@ -151,8 +207,24 @@ class Autopilot(Protocol):
     def receive_attitude_target(self, target: AttitudeTarget) -> None:
         """Take a setpoint."""
 
+    def receive_position_setpoint(self, setpoint: PositionSetpoint) -> None:
+        """Take a setpoint."""
+
+    def receive_heartbeat(self, system_id: int) -> None:
+        """A heartbeat of another system came in."""
+
     def take_texts(self) -> Sequence[StatusText]:
         """Texts since the last call."""
+
+    def take_events(self) -> Sequence[Event]:
+        """Events since the last call; none where the flavour has no events interface."""
+
+    def take_announcements(self) -> Sequence[Announcement]:
+        """Messages to be sent on all links, since the last call."""
+
+    @property
+    def estimator(self) -> EstimatorState:
+        """How far the estimator has got."""
 
     @property
     def estimate_interval_us(self) -> int:

@@ -28,28 +28,37 @@ class PositionKnown(NamedTuple):
     globally: bool = True
 
 
-def mode_can_run(mode: Mode, *, stream_available: bool, position: PositionKnown) -> bool:
-    """Whether a mode has what it needs: sticks there are none, nor is there a mission.
+def mode_can_run(
+    mode: Mode, *, stream_available: bool, mission_available: bool, position: PositionKnown
+) -> bool:
+    """Whether a mode has what it needs: a stream, a mission, sticks (there are none).
 
     An offboard stream of attitudes needs no position.  To hold takes a global one, which is why a
     vehicle without satellites cannot be armed in Hold, whatever measures its position.
     """
     if mode is Mode.OFFBOARD:
         return stream_available
-    if mode.needs_sticks or mode is Mode.AUTO_MISSION:
+    if mode.needs_sticks or (mode is Mode.AUTO_MISSION and not mission_available):
         return False
     return position.locally and (position.globally or mode not in _NEEDS_GLOBAL_POSITION)
 
 
 def mode_can_arm(
-    mode: Mode, *, ready: bool, stream_available: bool, position: PositionKnown
+    mode: Mode,
+    *,
+    ready: bool,
+    stream_available: bool,
+    mission_available: bool,
+    position: PositionKnown,
 ) -> bool:
     """Whether the checks before arming pass in a mode."""
-    return (
-        ready
-        and mode_can_run(mode, stream_available=stream_available, position=position)
-        and mode not in _NO_ARMING_IN
+    can_run = mode_can_run(
+        mode,
+        stream_available=stream_available,
+        mission_available=mission_available,
+        position=position,
     )
+    return ready and can_run and mode not in _NO_ARMING_IN
 
 
 def sensor_health(boot_us: int, *, ready: bool, checks_pass: bool) -> SensorHealth:

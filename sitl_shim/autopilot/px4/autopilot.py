@@ -5,17 +5,24 @@ from collections.abc import Mapping, Sequence
 from sitl_shim.autopilot.interface import (
     TICK_US,
     Acknowledgement,
+    Announcement,
     AttitudeTarget,
     Command,
+    EstimatorState,
+    Event,
     Heartbeat,
     ModeInfo,
     Motion,
+    PositionSetpoint,
     PositionTarget,
     RotorCommands,
     SensorHealth,
     StatusText,
 )
+from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.px4 import arming, modes
+from sitl_shim.autopilot.px4.announcements import Announcer
+from sitl_shim.autopilot.px4.command_desk import CommandDesk
 from sitl_shim.autopilot.px4.commander import Commander
 from sitl_shim.autopilot.px4.flight_control import STOPPED, FlightControl
 from sitl_shim.autopilot.px4.modes import Mode
@@ -28,6 +35,11 @@ _QUADROTOR, _PX4 = 2, 12
 _ON_GROUND, _IN_AIR, _TAKEOFF, _LANDING = 1, 2, 3, 4
 _IDLE_PERIOD_US = 100_000
 """How often the attitude setpoint, which nobody follows, is brought to the heading."""
+
+
+_ESTIMATOR = EstimatorState(
+    flags=0x33F, gps_fix=3, origin_known=True, position_known=True, yaw_error_rad=0.0
+)
 
 
 class Px4Autopilot:
@@ -52,13 +64,21 @@ class Px4Autopilot:
         airborne: bool,
     ) -> None:
         self.parameters = make_parameters(overrides)
+        self.mission = MissionPlan()
         self._revision = self.parameters.revision
-        self._commander = Commander(self.parameters, seed=seed, airborne=airborne)
+        self._announcer = Announcer()
+        self._commander = Commander(
+            self.parameters, self.mission, self._announcer, airborne=airborne
+        )
+        self._desk = CommandDesk(
+            self._commander, self.parameters, self.mission, self._announcer, seed=seed
+        )
         self._stream = OffboardStream()
         self._control = FlightControl(
             self.parameters,
             self._commander,
             self._stream,
+            self.mission,
             airborne=airborne,
             origin_altitude_amsl_m=origin_altitude_amsl_m,
         )
@@ -76,11 +96,18 @@ class Px4Autopilot:
 
     def receive_command(self, command: Command) -> Sequence[Acknowledgement] | None:
         """Carry out a command; None if PX4 does not know it here."""
-        return self._commander.receive(command)
+        return self._desk.receive(command)
 
     def receive_attitude_target(self, target: AttitudeTarget) -> None:
         """Take an offboard setpoint, whatever the mode."""
         self._stream.receive(target, self._time_us)
+
+    def receive_position_setpoint(self, setpoint: PositionSetpoint) -> None:
+        """Take an offboard setpoint, whatever the mode."""
+        self._stream.receive_position(setpoint, self._time_us)
+
+    def receive_heartbeat(self, system_id: int) -> None:
+        """No ground station is needed by default."""
 
     # --- the run of time ---
 
@@ -130,7 +157,20 @@ class Px4Autopilot:
 
     def take_texts(self) -> Sequence[StatusText]:
         """Texts since the last call."""
-        return self._commander.take_texts()
+        return self._announcer.take_texts()
+
+    def take_events(self) -> Sequence[Event]:
+        """Events since the last call."""
+        return self._announcer.take_events()
+
+    def take_announcements(self) -> Sequence[Announcement]:
+        """PX4 announces nothing: what changes is streamed."""
+        return ()
+
+    @property
+    def estimator(self) -> EstimatorState:
+        """It streams an estimate as soon as it streams at all."""
+        return _ESTIMATOR
 
     @property
     def heartbeat(self) -> Heartbeat:
@@ -177,9 +217,9 @@ class Px4Autopilot:
         if self._control.landed:
             return _ON_GROUND
         mode = self._commander.mode
-        if mode is Mode.AUTO_TAKEOFF:
+        if mode is Mode.AUTO_TAKEOFF or self._control.taking_off:
             return _TAKEOFF
-        return _LANDING if mode is Mode.AUTO_LAND else _IN_AIR
+        return _LANDING if mode is Mode.AUTO_LAND or self._control.landing else _IN_AIR
 
     @property
     def armed(self) -> bool:

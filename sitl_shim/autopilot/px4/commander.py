@@ -1,26 +1,50 @@
-"""The commander: armed or not, which mode, failsafe, and what commands do to these."""
+"""The commander: armed or not, which mode, failsafe."""
 
 import math
+import struct
+from dataclasses import dataclass
 
-import numpy as np
-
-from sitl_shim.autopilot.interface import Acknowledgement, Command, StatusText
+from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4 import arming, failsafe
-from sitl_shim.autopilot.px4.modes import Mode, mode_name, mode_of
+from sitl_shim.autopilot.px4.announcements import (
+    CRITICAL,
+    INFO,
+    REASON_TEXTS,
+    WARNING,
+    Announcer,
+    ArmReason,
+    make_event,
+    mode_arguments,
+)
+from sitl_shim.autopilot.px4.health_report import FIRST_US, health_report
+from sitl_shim.autopilot.px4.modes import Mode, mode_name, navigation_number
 
-_ACCEPTED, _TEMPORARILY_REJECTED = 0, 1
-_CMD_RETURN, _CMD_LAND, _CMD_TAKEOFF, _CMD_SET_MODE, _CMD_ARM = 20, 21, 22, 176, 400
-_FORCE = 21196
 _CHECK_PERIOD_US = 100_000
 """The health checks run at 10 Hz: a stream is seen, and missed, at their next run."""
-_CRITICAL, _INFO = 2, 6
-_ACK_DELAY_US = 8_000
-"""To the commander's next run and back."""
-_CUSTOM_MODE_ENABLED = 1
 _KNOWN = arming.PositionKnown()
-_SEED_STREAM = 4
-"""Beside those of plant, wind and estimator."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reposition:
+    """Where a vehicle that holds is to go."""
+
+    position_xy_m: tuple[float, float] | None = None
+    """East and north; None: where it is."""
+    altitude_amsl_m: float = math.nan
+    """NaN: the altitude that it holds."""
+    yaw_enu_rad: float = math.nan
+    speed_m_s: float | None = None
+    """Horizontal, from now on; None as before."""
+
+    @property
+    def goes_somewhere(self) -> bool:
+        """Whether there is a place, a height or a heading in it."""
+        return (
+            self.position_xy_m is not None
+            or math.isfinite(self.altitude_amsl_m)
+            or math.isfinite(self.yaw_enu_rad)
+        )
 
 
 class Commander:
@@ -28,16 +52,24 @@ class Commander:
 
     Args:
         parameters: of the autopilot.
-        seed: draws how late the second acknowledgements of DO_SET_MODE come.
+        plan: the mission, which mission mode needs.
+        announcer: takes texts and events.
         airborne: begin booted, armed and holding in the air.
     """
 
-    def __init__(self, parameters: ParameterStore, *, seed: int, airborne: bool) -> None:
+    def __init__(
+        self,
+        parameters: ParameterStore,
+        plan: MissionPlan,
+        announcer: Announcer,
+        *,
+        airborne: bool,
+    ) -> None:
         self._parameters = parameters
-        self._random = np.random.default_rng(
-            np.random.SeedSequence(seed, spawn_key=(_SEED_STREAM,))
-        )
-        self._texts: list[StatusText] = []
+        self._plan = plan
+        self._announcer = announcer
+        self._reported: tuple[bool, bool, bool] | None = None
+        self._reposition: Reposition | None = None
         self._booted = airborne
         self._boot_us = 0
         self._armed_us = 0
@@ -70,8 +102,19 @@ class Commander:
             self.intended,
             ready=self.ready,
             stream_available=self.stream_available,
+            mission_available=self.mission_available,
             position=self.position,
         )
+
+    @property
+    def mission_available(self) -> bool:
+        """Whether there is a mission to fly."""
+        return bool(self._plan.items)
+
+    @property
+    def on_ground(self) -> bool:
+        """The land detector's verdict at the last step."""
+        return self._was_landed
 
     @property
     def system_status(self) -> int:
@@ -82,10 +125,10 @@ class Commander:
             return 4
         return 3 if self.can_arm else 0
 
-    def take_texts(self) -> list[StatusText]:
-        """Texts since the last call."""
-        texts, self._texts = self._texts, []
-        return texts
+    def take_reposition(self) -> Reposition | None:
+        """Where to go while holding, if it was told since the last call."""
+        wanted, self._reposition = self._reposition, None
+        return wanted
 
     # --- the run of time ---
 
@@ -109,6 +152,7 @@ class Commander:
         if time_us % _CHECK_PERIOD_US == 0:
             self.stream_available = stream_alive
             self.position = position
+            self._report_health()
         self._note_landing(time_us, landed)
         self._update_failsafe()
         if self.armed:
@@ -120,24 +164,47 @@ class Commander:
             self.intended = Mode.AUTO_LOITER
         self._update_failsafe()
 
-    def say(self, severity: int, text: str) -> None:
-        """Queue a text; PX4 ends most of its texts in a tab."""
-        self._texts.append(StatusText(severity, text + "\t"))
+    def mission_done(self) -> None:
+        """There is nothing left to fly of the mission: hold."""
+        self._announcer.say(INFO, "Mission finished, loitering")
+        self._announcer.tell(make_event("mission_finished_loiter"))
+        if self.intended is Mode.AUTO_MISSION:
+            self.intended = Mode.AUTO_LOITER
+        self._update_failsafe()
+
+    def reposition(self, wanted: Reposition) -> None:
+        """Go there as soon as, and if, the vehicle holds."""
+        self._reposition = wanted
+
+    def _report_health(self) -> None:
+        """Tell which modes can run, whenever it changes."""
+        facts = (self.ready, self.stream_available, self.mission_available)
+        if facts == self._reported or self._boot_us < FIRST_US:
+            return
+        self._reported = facts
+        ready, stream, mission = facts
+        for event in health_report(ready=ready, stream=stream, mission=mission):
+            self._announcer.tell(event)
 
     def _note_landing(self, time_us: int, landed: bool) -> None:
         if landed and not self._was_landed:
             self._landed_us = time_us
             if self.armed:
-                self.say(_INFO, "Landing detected")
+                self._announcer.say(INFO, "Landing detected")
+                self._announcer.tell(make_event("commander_landing_detected"))
         elif self._was_landed and not landed:
             self._flown = True
             if self.armed:
-                self.say(_INFO, "Takeoff detected")
+                self._announcer.say(INFO, "Takeoff detected")
+                self._announcer.tell(make_event("commander_takeoff_detected"))
         self._was_landed = landed
 
     def _can_run(self, mode: Mode) -> bool:
         return arming.mode_can_run(
-            mode, stream_available=self.stream_available, position=self.position
+            mode,
+            stream_available=self.stream_available,
+            mission_available=self.mission_available,
+            position=self.position,
         )
 
     def _update_failsafe(self) -> None:
@@ -151,108 +218,89 @@ class Commander:
         if self.failsafe_active:
             return
         self.failsafe_active = True
-        self.say(_CRITICAL, "Failsafe activated")
+        self._announcer.say(CRITICAL, "Failsafe activated")
         if adrift:
+            self._tell_failsafe(failsafe.EVENT_DESCEND)
             self.mode = Mode.AUTO_LAND
             return
-        fallback = failsafe.mode_after_offboard_loss(self._parameters.integer("COM_OBL_RC_ACT"))
+        action = failsafe.OffboardLossAction(self._parameters.integer("COM_OBL_RC_ACT"))
+        self._tell_failsafe(failsafe.EVENT_NUMBERS[action])
+        fallback = failsafe.mode_after_offboard_loss(action)
         if fallback is None:
-            self._disarm("Disarmed by failsafe")
+            self.disarm(ArmReason.FAILSAFE)
         else:
             self.mode = fallback
+
+    def _tell_failsafe(self, action: int) -> None:
+        self._announcer.tell(
+            make_event(
+                "commander_failsafe_enter_generic",
+                mode_arguments(self.intended, action),
+                external=CRITICAL,
+                internal=WARNING,
+            )
+        )
 
     def _disarm_when_idle(self, time_us: int, landed: bool) -> None:
         if not landed:
             return
         if self._flown:
-            delay_s, since, why = self._parameters["COM_DISARM_LAND"], self._landed_us, "landing"
+            delay_s, since = self._parameters["COM_DISARM_LAND"], self._landed_us
+            why = ArmReason.LANDING
         else:
             delay_s, since = self._parameters["COM_DISARM_PRFLT"], self._armed_us
-            why = "auto preflight disarming"
+            why = ArmReason.PREFLIGHT_INACTION
         if delay_s >= 0.0 and time_us - since >= delay_s * 1e6:
-            self._disarm(f"Disarmed by {why}")
+            self.disarm(why)
 
-    def _arm(self) -> None:
+    # --- what commands do ---
+
+    def arm(self, reason: ArmReason) -> None:
+        """Let the motors turn."""
         self.armed = True
         self._armed_us = self._boot_us
         self._flown = not self._was_landed
-        self.say(_INFO, "Armed by external command")
+        self._announcer.say(INFO, f"Armed by {REASON_TEXTS[reason]}")
+        self._announcer.tell(make_event("commander_armed_by", bytes([reason])))
         if self.intended is Mode.AUTO_TAKEOFF:
-            self._say_takeoff_altitude()
+            self.say_takeoff_altitude()
 
-    def _say_takeoff_altitude(self) -> None:
-        if not math.isfinite(self.takeoff_altitude_amsl_m):
-            altitude_m = self._parameters["MIS_TAKEOFF_ALT"]
-            self.say(_INFO, f"Using default takeoff altitude: {altitude_m:.1f} m")
-
-    def _disarm(self, text: str) -> None:
+    def disarm(self, reason: ArmReason) -> None:
+        """Stop the motors; modes in which nobody may arm are left."""
         self.armed = False
-        self.say(_INFO, text)
+        self._announcer.say(INFO, f"Disarmed by {REASON_TEXTS[reason]}")
+        self._announcer.tell(make_event("commander_disarmed_by", bytes([reason])))
         if self.intended in (Mode.AUTO_LAND, Mode.AUTO_RTL, Mode.AUTO_TAKEOFF):
             self.intended = Mode.AUTO_LOITER
         self._update_failsafe()
 
-    # --- commands ---
-
-    def receive(self, command: Command) -> tuple[Acknowledgement, ...] | None:
-        """Carry out a command; None if it is none of the commander's."""
-        kind = command.command
-        if kind == _CMD_ARM:
-            return self._acknowledge(self._arm_or_disarm(command))
-        if kind == _CMD_SET_MODE:
-            result = self._set_mode_by_number(command)
-            late_us = 4_000 * min(35, int(self._random.exponential(3.0)))
-            return (
-                Acknowledgement(_ACCEPTED, _ACK_DELAY_US),
-                Acknowledgement(result, _ACK_DELAY_US + late_us),
+    def say_takeoff_altitude(self) -> None:
+        """Tell the altitude of a take-off that was asked for without one."""
+        if not math.isfinite(self.takeoff_altitude_amsl_m):
+            altitude_m = self._parameters["MIS_TAKEOFF_ALT"]
+            self._announcer.say(INFO, f"Using default takeoff altitude: {altitude_m:.1f} m")
+            self._announcer.tell(
+                make_event("navigator_takeoff_default_alt", struct.pack("<f", altitude_m))
             )
-        if kind == _CMD_TAKEOFF:
-            self.takeoff_altitude_amsl_m = command.parameters[6]
-            if self.armed:
-                self._say_takeoff_altitude()
-            return self._acknowledge(self._set_mode(Mode.AUTO_TAKEOFF))
-        if kind == _CMD_LAND:
-            return self._acknowledge(self._set_mode(Mode.AUTO_LAND))
-        if kind == _CMD_RETURN:
-            return self._acknowledge(self._set_mode(Mode.AUTO_RTL))
-        return None
 
-    @staticmethod
-    def _acknowledge(result: int) -> tuple[Acknowledgement, ...]:
-        return (Acknowledgement(result, _ACK_DELAY_US),)
-
-    def _arm_or_disarm(self, command: Command) -> int:
-        arm, forced = command.parameters[0] == 1.0, command.parameters[1] == _FORCE
-        if arm:
-            if self.armed:
-                return _ACCEPTED
-            if not (self.can_arm or forced):
-                self.say(_CRITICAL, "Arming denied: Resolve system health failures first")
-                return _TEMPORARILY_REJECTED
-            self._arm()
-            return _ACCEPTED
-        if not self.armed:
-            return _ACCEPTED
-        if not (self._was_landed or forced):
-            self.say(_CRITICAL, "Disarming denied: not landed")
-            return _TEMPORARILY_REJECTED
-        self._disarm("Disarmed by external command")
-        return _ACCEPTED
-
-    def _set_mode_by_number(self, command: Command) -> int:
-        base, main, sub = command.parameters[:3]
-        if not all(math.isfinite(number) for number in (base, main)):
-            return _TEMPORARILY_REJECTED
-        if not int(base) & _CUSTOM_MODE_ENABLED:
-            return _TEMPORARILY_REJECTED
-        mode = mode_of(int(main), int(sub) if math.isfinite(sub) else 0)
-        return _TEMPORARILY_REJECTED if mode is None else self._set_mode(mode)
-
-    def _set_mode(self, mode: Mode) -> int:
-        """Disarmed, any mode may be chosen; armed, only one that can run."""
+    def set_mode(self, mode: Mode) -> bool:
+        """Choose a mode: disarmed any, armed only one that can run; False if refused."""
         if self.armed and not self._can_run(mode):
-            self.say(_CRITICAL, f"Switching to {mode_name(mode)} is currently not available")
-            return _TEMPORARILY_REJECTED
+            self.refuse_mode(mode)
+            return False
         self.intended = mode
+        self._reposition = None
         self._update_failsafe()
-        return _ACCEPTED
+        return True
+
+    def refuse_mode(self, mode: Mode) -> None:
+        """Say that a mode is not to be had."""
+        text = f"Switching to {mode_name(mode)} is currently not available"
+        self._announcer.say(CRITICAL, text)
+        self._announcer.tell(
+            make_event(
+                "commander_modeswitch_not_avail",
+                mode_arguments(mode, navigation_number(mode)),
+                external=CRITICAL,
+            )
+        )

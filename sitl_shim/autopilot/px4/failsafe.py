@@ -30,9 +30,23 @@ _MODE: dict[OffboardLossAction, Mode | None] = {
 }
 
 
-def mode_after_offboard_loss(action: int) -> Mode | None:
+EVENT_NUMBERS: dict[OffboardLossAction, int] = {
+    OffboardLossAction.POSITION: 2,
+    OffboardLossAction.ALTITUDE: 3,
+    OffboardLossAction.STABILIZED: 4,
+    OffboardLossAction.HOLD: 5,
+    OffboardLossAction.RETURN: 6,
+    OffboardLossAction.LAND: 7,
+    OffboardLossAction.DISARM: 9,
+    OffboardLossAction.TERMINATE: 10,
+}
+"""The actions as events number them."""
+EVENT_DESCEND = 8
+
+
+def mode_after_offboard_loss(action: OffboardLossAction) -> Mode | None:
     """Mode to fall back to; None: stop the motors.
 
     A mode for sticks has none here: it sinks level, lands and disarms.
     """
-    return _MODE[OffboardLossAction(action)]
+    return _MODE[action]

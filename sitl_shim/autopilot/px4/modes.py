@@ -43,20 +43,22 @@ class _Wire:
     """MAV_STANDARD_MODE."""
     name: str
     """As PX4's texts call the mode."""
+    navigation: int
+    """As PX4's events number the mode."""
 
 
 _WIRE: dict[Mode, _Wire] = {
-    Mode.MANUAL: _Wire(0x41, 0, "Manual"),
-    Mode.ALTCTL: _Wire(0x51, 4, "Altitude"),
-    Mode.POSCTL: _Wire(0x51, 1, "Position"),
-    Mode.AUTO_TAKEOFF: _Wire(0x1D, 8, "Takeoff"),
-    Mode.AUTO_LOITER: _Wire(0x1D, 0, "Hold"),
-    Mode.AUTO_MISSION: _Wire(0x1D, 6, "Mission"),
-    Mode.AUTO_RTL: _Wire(0x1D, 5, "Return"),
-    Mode.AUTO_LAND: _Wire(0x1D, 7, "Land"),
-    Mode.ACRO: _Wire(0x41, 0, "Acro"),
-    Mode.OFFBOARD: _Wire(0x01, 0, "Offboard"),
-    Mode.STABILIZED: _Wire(0x51, 0, "Stabilized"),
+    Mode.MANUAL: _Wire(0x41, 0, "Manual", 0),
+    Mode.ALTCTL: _Wire(0x51, 4, "Altitude", 1),
+    Mode.POSCTL: _Wire(0x51, 1, "Position", 2),
+    Mode.AUTO_TAKEOFF: _Wire(0x1D, 8, "Takeoff", 10),
+    Mode.AUTO_LOITER: _Wire(0x1D, 0, "Hold", 4),
+    Mode.AUTO_MISSION: _Wire(0x1D, 6, "Mission", 3),
+    Mode.AUTO_RTL: _Wire(0x1D, 5, "Return", 5),
+    Mode.AUTO_LAND: _Wire(0x1D, 7, "Land", 11),
+    Mode.ACRO: _Wire(0x41, 0, "Acro", 6),
+    Mode.OFFBOARD: _Wire(0x01, 0, "Offboard", 7),
+    Mode.STABILIZED: _Wire(0x51, 0, "Stabilized", 8),
 }
 
 _ARMED = 0x80
@@ -79,6 +81,11 @@ def standard_mode(mode: Mode) -> int:
 def mode_name(mode: Mode) -> str:
     """The mode's name in texts."""
     return _WIRE[mode].name
+
+
+def navigation_number(mode: Mode) -> int:
+    """The mode as PX4's events number it."""
+    return _WIRE[mode].navigation
 
 
 def mode_of(main: int, sub: int) -> Mode | None:

@@ -2,7 +2,7 @@
 
 import math
 
-from sitl_shim.autopilot.interface import AttitudeTarget
+from sitl_shim.autopilot.interface import AttitudeTarget, PositionSetpoint
 from sitl_shim.frames import Quaternion, Vector3
 
 _ROLL_RATE_IGNORE = 1
@@ -22,6 +22,8 @@ class OffboardStream:
       until the attitude controller's next run.
     * Masked thrust is zero thrust.
     * All rates and the attitude masked is no setpoint at all.
+    * Position setpoints (SET_POSITION_TARGET_*) take over from attitude, and the other way round:
+      the newest decides.
     * Nothing is checked for NaN, and a quaternion may have any norm.
     """
 
@@ -30,6 +32,7 @@ class OffboardStream:
         "attitude_controlled",
         "last_setpoint_us",
         "passing_rates",
+        "position",
         "rates",
         "thrust",
         "yaw_rate_feedforward_rad_s",
@@ -38,7 +41,9 @@ class OffboardStream:
     def __init__(self) -> None:
         self.last_setpoint_us: int | None = None
         self.attitude_controlled = False
-        """Whether the newest setpoint carries an attitude; stays when the stream stops."""
+        """Whether the newest setpoint controls the attitude; stays when the stream stops."""
+        self.position: PositionSetpoint | None = None
+        """The newest setpoint, if it is one of position, velocity or acceleration."""
         self.attitude: Quaternion = (1.0, 0.0, 0.0, 0.0)
         self.yaw_rate_feedforward_rad_s = 0.0
         self.rates: Vector3 = (0.0, 0.0, 0.0)
@@ -54,6 +59,7 @@ class OffboardStream:
             return
         self.last_setpoint_us = time_us
         self.attitude_controlled = has_attitude
+        self.position = None
         has_rates = not mask & (_ROLL_RATE_IGNORE | _PITCH_RATE_IGNORE)
         thrust = 0.0 if mask & _THRUST_IGNORE else target.thrust
         if has_attitude:
@@ -70,6 +76,19 @@ class OffboardStream:
             else:
                 self.rates = rates
                 self.thrust = thrust
+
+    def receive_position(self, setpoint: PositionSetpoint, time_us: int) -> None:
+        """Take one position setpoint; one without any finite part is none."""
+        parts = (
+            *setpoint.position_enu_m,
+            *setpoint.velocity_enu_m_s,
+            *setpoint.acceleration_enu_m_s2,
+        )
+        if not any(map(math.isfinite, parts)):
+            return
+        self.last_setpoint_us = time_us
+        self.attitude_controlled = True
+        self.position = setpoint
 
     def alive(self, time_us: int, timeout_s: float) -> bool:
         """Whether a setpoint arrived within the time-out."""

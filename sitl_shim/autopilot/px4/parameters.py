@@ -94,11 +94,12 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("MPC_Z_VEL_MAX_DN", _REAL, 1.5, 0.5, 4.0, "sink rate limit, m/s"),
     ("MPC_Z_VEL_MAX_UP", _REAL, 3.0, 0.5, 8.0, "climb rate limit, m/s"),
     ("MPC_Z_VEL_P_ACC", _REAL, 4.0, 0.0, 15.0, "vertical velocity P, 1/s"),
+    ("MPC_YAWRAUTO_MAX", _REAL, 60.0, 5.0, 360.0, "yaw rate limit of autonomous modes, deg/s"),
     ("NAV_ACC_RAD", _REAL, 2.0, 0.05, 200.0, "horizontal acceptance radius, m"),
     ("NAV_MC_ALT_RAD", _REAL, 0.8, 0.05, 200.0, "vertical acceptance radius, m"),
     ("RTL_CONE_ANG", _INT, 45, 0, 90, "half angle of the cone of return altitudes, deg"),
     ("RTL_MIN_DIST", _REAL, 10.0, 0.5, 100.0, "the cone applies within this distance, m"),
-    ("RTL_RETURN_ALT", _REAL, 60.0, 0.0, 1000.0, "return altitude above home, m"),
+    ("RTL_RETURN_ALT", _REAL, 30.0, 0.0, 1000.0, "return altitude above home, m"),
     ("THR_MDL_FAC", _REAL, 0.0, 0.0, 1.0, "rotor thrust = f u^2 + (1 - f) u"),
 )
 

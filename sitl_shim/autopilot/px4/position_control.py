@@ -24,8 +24,13 @@ class TrajectorySetpoint:
     velocity_xy_m_s: tuple[float, float] | None
     """Feed-forward when the position is given, else the setpoint itself."""
     position_z_m: float | None
-    velocity_z_m_s: float
+    velocity_z_m_s: float | None
+    """Feed-forward when the height is given, else the setpoint itself."""
     yaw_rad: float
+    yaw_rate_rad_s: float = 0.0
+    """Feed-forward, positive to the left."""
+    acceleration_m_s2: Vector3 = (0.0, 0.0, 0.0)
+    """Feed-forward; all that there is on an axis without position and velocity."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +43,7 @@ class ControlOutput:
     """Setpoints, for telemetry; the position only where all of it is controlled."""
     velocity_enu_m_s: Vector3
     acceleration_enu_m_s2: Vector3
+    yaw_rate_rad_s: float
 
 
 class PositionControl:
@@ -131,6 +137,7 @@ class PositionControl:
             _whole_position(setpoint),
             velocity_sp,
             acceleration_sp,
+            setpoint.yaw_rate_rad_s,
         )
 
     def _differentiate(self, velocity: Vector3) -> None:
@@ -154,7 +161,7 @@ class PositionControl:
         if speed > self._velocity_max_xy:
             vx *= self._velocity_max_xy / speed
             vy *= self._velocity_max_xy / speed
-        vz = setpoint.velocity_z_m_s
+        vz = setpoint.velocity_z_m_s or 0.0
         if setpoint.position_z_m is not None:
             vz += self._p_z * (setpoint.position_z_m - z)
         vz = max(-self._velocity_max_down, min(self._velocity_max_up, vz))
@@ -166,12 +173,14 @@ class PositionControl:
         p, _, d = self._velocity_xy_pid
         pz, _, dz = self._velocity_z_pid
         integral, derivative = self._integral, self._derivative
-        az = pz * (velocity_sp[2] - velocity[2]) + integral[2] - dz * derivative[2]
-        if setpoint.position_xy_m is None and setpoint.velocity_xy_m_s is None:
-            return (0.0, 0.0, az)
+        ax, ay, az = setpoint.acceleration_m_s2
+        if _controls_z(setpoint):
+            az += pz * (velocity_sp[2] - velocity[2]) + integral[2] - dz * derivative[2]
+        if not _controls_xy(setpoint):
+            return (ax, ay, az)
         return (
-            p * (velocity_sp[0] - velocity[0]) + integral[0] - d * derivative[0],
-            p * (velocity_sp[1] - velocity[1]) + integral[1] - d * derivative[1],
+            ax + p * (velocity_sp[0] - velocity[0]) + integral[0] - d * derivative[0],
+            ay + p * (velocity_sp[1] - velocity[1]) + integral[1] - d * derivative[1],
             az,
         )
 
@@ -197,18 +206,28 @@ class PositionControl:
     ) -> None:
         _, i_xy, _ = self._velocity_xy_pid
         _, i_z, _ = self._velocity_z_pid
-        error_z = velocity_sp[2] - velocity[2]
+        error_z = velocity_sp[2] - velocity[2] if _controls_z(setpoint) else 0.0
         at_top = thrust >= self._thrust_max and error_z > 0.0
         at_bottom = thrust <= self._thrust_min and error_z < 0.0
         if not (at_top or at_bottom):
             total = self._integral[2] + i_z * error_z * TICK_S
             self._integral[2] = max(-_GRAVITY_M_S2, min(_GRAVITY_M_S2, total))
-        if setpoint.position_xy_m is None and setpoint.velocity_xy_m_s is None:
+        if not _controls_xy(setpoint):
             return
         limit = _GRAVITY_M_S2 * math.tan(self._tilt_max_rad)
         for i in (0, 1):
             total = self._integral[i] + i_xy * (velocity_sp[i] - velocity[i]) * TICK_S
             self._integral[i] = max(-limit, min(limit, total))
+
+
+def _controls_xy(setpoint: TrajectorySetpoint) -> bool:
+    """Whether horizontal velocity is controlled: else acceleration alone."""
+    return setpoint.position_xy_m is not None or setpoint.velocity_xy_m_s is not None
+
+
+def _controls_z(setpoint: TrajectorySetpoint) -> bool:
+    """Whether vertical velocity is controlled: else acceleration alone."""
+    return setpoint.position_z_m is not None or setpoint.velocity_z_m_s is not None
 
 
 def _whole_position(setpoint: TrajectorySetpoint) -> Vector3 | None:
