@@ -106,6 +106,14 @@ def fly(
             metavar="URL",
         ),
     ] = None,
+    signing_key_file: Annotated[
+        Path | None,
+        typer.Option(
+            help="Sign packets, and read only signed ones, by the key in this file (mode 600); "
+            "else by the one in COMPANION_SIGNING_KEY, if any.",
+            metavar="FILE",
+        ),
+    ] = None,
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Simulated time, as fast as the computer can.")
     ] = False,
@@ -144,6 +152,7 @@ def fly(
         out=out,
         json_output=json_output,
         verbose=verbose,
+        signing_key_file=signing_key_file,
     )
     try:
         outcome = run_fly(request)

@@ -2,11 +2,12 @@
 
 import contextlib
 import json
+import os
 import re
 import sys
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TextIO
@@ -15,6 +16,7 @@ from rich.console import Console
 
 from companion.config.models import MissionConfig
 from companion.config.resolve import FlightConfig, controller_path, load_flight
+from companion.config.signing_key import signing_key
 from companion.config.yaml_source import ConfigError, settings_of
 from companion.flight.assemble import attitude_gains, infeasibilities, make_stack, make_trajectory
 from companion.flight.conduct import Outcome, OutcomeName
@@ -52,6 +54,8 @@ class FlyRequest:
     out: Path | None
     json_output: bool
     verbose: bool
+    signing_key_file: Path | None = None
+    """Wins over the mission's."""
 
 
 def run_fly(request: FlyRequest) -> OutcomeName:
@@ -66,6 +70,9 @@ def run_fly(request: FlyRequest) -> OutcomeName:
         trajectory = make_trajectory(config.mission)
         _check_controller(config)
         shim = _shim_options(config, lockstep=request.lockstep)
+        key = _signing_key(config.mission, request)
+        if shim is not None:
+            shim = replace(shim, signing_key=key)
         if config.mission.connect is not None:
             parse_link_url(config.mission.connect)
     except (ConfigError, TrajectoryFileError, LinkError) as error:
@@ -83,7 +90,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
         raise BadInputError(str(error)) from error
     try:
         with TerminalObserver(console, verbose=request.verbose) as observer:
-            outcome = _fly(config, trajectory, log, observer, shim, lockstep=request.lockstep)
+            outcome = _fly(config, trajectory, log, observer, shim, key, lockstep=request.lockstep)
     except (LinkError, ShimRefusedError) as error:
         log.close()
         _discard(folder, folder_too=is_new)
@@ -114,6 +121,7 @@ def _fly(
     log: FlightLog,
     observer: TerminalObserver,
     shim: ShimOptions | None,
+    key: bytes | None,
     *,
     lockstep: bool,
 ) -> Outcome:
@@ -121,10 +129,23 @@ def _fly(
         from companion.lockstep import fly_in_lockstep
 
         assert shim is not None
-        return fly_in_lockstep(config, trajectory, log, observer, shim)
+        return fly_in_lockstep(config, trajectory, log, observer, shim, signing_key=key)
     from companion.flight.real_time import fly_in_real_time
 
-    return fly_in_real_time(config, trajectory, log, observer, shim)
+    return fly_in_real_time(config, trajectory, log, observer, shim, signing_key=key)
+
+
+def _signing_key(mission: MissionConfig, request: FlyRequest) -> bytes | None:
+    """The key with which packets are signed, if they are.
+
+    Raises:
+        ConfigError: there is one, or should be, and it is not to be had or not kept well.
+    """
+    signing = mission.link.signing
+    path = request.signing_key_file
+    if path is None and signing is not None and signing.key_file is not None:
+        path = Path(signing.key_file)
+    return signing_key(path, os.environ, wanted=signing is not None)
 
 
 def _check_controller(config: FlightConfig) -> None:

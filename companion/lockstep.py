@@ -7,6 +7,7 @@ as in real time runs here, and the same MAVLink bytes pass; only sockets and wai
 import asyncio
 import contextlib
 from collections.abc import Callable
+from datetime import UTC, datetime
 
 import numpy as np
 
@@ -22,9 +23,13 @@ from companion.flight.placement import PlacedTrajectory, place
 from companion.flight.shim_process import ShimOptions, with_state_rate
 from companion.flight.signals import commands_by_signal
 from companion.link.memory import MemoryLink
+from companion.mavlink.signing import Signing
 from companion.recording.flight_log import FlightLog
 from companion.trajectories.trajectory import Trajectory
 from sitl_shim import lockstep as shim_lockstep
+
+_BOOT_UNIX_S = datetime(2020, 1, 1, tzinfo=UTC).timestamp()
+"""When simulated time begins, as the logs and the shim have it."""
 
 Tap = Callable[[bytes], bytes]
 """Takes a datagram on its way and gives what arrives in its place; the loop's clock is running."""
@@ -42,6 +47,7 @@ def fly_in_lockstep(
     to_shim: Tap | None = None,
     make_solver: QpSolverFactory | None = None,
     airborne: bool = False,
+    signing_key: bytes | None = None,
 ) -> Outcome:
     """Fly the embedded shim in simulated time, as fast as the processor allows.
 
@@ -58,6 +64,7 @@ def fly_in_lockstep(
         airborne: begin armed and holding at the trajectory's first point, and end in the air as
             soon as the scored part is over, with the outcome ``tracked``.  For studies of many
             flights: it saves take-off, approach, return and landing.
+        signing_key: 32 bytes, of companion and shim; None: packets are not signed.
 
     Raises:
         ShimRefusedError: the shim can't simulate what it was asked for.
@@ -74,6 +81,7 @@ def fly_in_lockstep(
             to_shim,
             make_solver,
             airborne,
+            signing_key,
         )
     )
 
@@ -89,6 +97,7 @@ async def _fly(
     to_shim: Tap | None,
     make_solver: QpSolverFactory | None,
     airborne: bool,
+    signing_key: bytes | None,
 ) -> Outcome:
     def to_companion(data: bytes) -> None:
         arriving = data if from_shim is None else from_shim(data)
@@ -111,6 +120,7 @@ async def _fly(
                 speed=options.speed,
                 sensors=options.sensors,
                 parameters=dict(options.parameters),
+                signing_key=options.signing_key,
                 airborne_at_enu_m=_first_point(config, trajectory) if airborne else None,
             ),
             to_companion,
@@ -119,6 +129,12 @@ async def _fly(
         raise ShimRefusedError(str(error)) from error
     link = MemoryLink(to_vehicle, "the embedded shim, in lockstep")
     await link.open()
+    loop = asyncio.get_running_loop()
+    signing = None
+    if signing_key is not None:
+        link_config = config.mission.link.signing
+        link_id = 0 if link_config is None else link_config.link_id
+        signing = Signing(signing_key, lambda: _BOOT_UNIX_S + loop.time(), link_id)
     flying_shim = asyncio.get_running_loop().create_task(shim.run())
     try:
         with commands_by_signal(inbox, observer):
@@ -132,6 +148,7 @@ async def _fly(
                 real_time=False,
                 make_solver=make_solver,
                 scope=FlightScope.AIRBORNE if airborne else FlightScope.WHOLE,
+                signing=signing,
             )
     finally:
         link.close()

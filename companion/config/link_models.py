@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from companion.config.base import Section
+from companion.config.signing_models import SigningConfig
 
 SystemId = Annotated[int, Field(ge=1, le=255)]
 
@@ -49,4 +50,7 @@ class LinkConfig(Section):
     mission_backend: Literal["companion", "mavsdk"] = Field(
         default="companion",
         description="Who asks for arming, take-off and landing; setpoints are always ours.",
+    )
+    signing: SigningConfig | None = Field(
+        default=None, description="Packets are signed, and only signed ones are read."
     )

@@ -154,4 +154,9 @@ def _read_mission(path: Path) -> Source:
         value = data.get(key)
         if isinstance(value, str) and value and (key == "trajectory" or value.endswith(_SUFFIXES)):
             data[key] = str(path.parent / value)
+    link = data.get("link")
+    signing = link.get("signing") if isinstance(link, dict) else None
+    key_file = signing.get("key_file") if isinstance(signing, dict) else None
+    if isinstance(key_file, str) and key_file:
+        data["link"] = link | {"signing": signing | {"key_file": str(path.parent / key_file)}}
     return Source(source.name, data, source.lines)

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import gc
 import time
+from functools import partial
 
 from companion.config.resolve import FlightConfig
 from companion.flight.command_socket import CommandServer
@@ -20,6 +21,7 @@ from companion.flight.signals import commands_by_signal
 from companion.link.udp import UdpLink
 from companion.link.url import parse_link_url
 from companion.mavlink.peers import vehicle_heartbeat_in
+from companion.mavlink.signing import Signing
 from companion.recording.flight_log import FlightLog
 from companion.trajectories.trajectory import Trajectory
 
@@ -32,6 +34,8 @@ def fly_in_real_time(
     log: FlightLog,
     observer: Observer,
     shim: ShimOptions | None,
+    *,
+    signing_key: bytes | None = None,
 ) -> Outcome:
     """Fly; Ctrl-C lands, a second Ctrl-C hands over at once.
 
@@ -41,13 +45,25 @@ def fly_in_real_time(
         log: open; closed by the caller.
         observer: told what happens.
         shim: start this shim and fly it; None to fly what `mission.connect` names.
+        signing_key: 32 bytes, to sign packets with and to check them by; None: neither is done.
 
     Raises:
         LinkError: the link can't be opened.
         ShimRefusedError: the embedded shim can't simulate what it was asked for.
     """
     with asyncio.Runner() as runner:
-        return runner.run(_fly(config, trajectory, log, observer, shim))
+        return runner.run(_fly(config, trajectory, log, observer, shim, signing_key))
+
+
+def _signing(config: FlightConfig, key: bytes | None) -> Signing | None:
+    """Signs by the calendar's time at the start, carried on by the loop's, which only grows."""
+    if key is None:
+        return None
+    loop = asyncio.get_running_loop()
+    epoch_unix_s = time.time() - loop.time()
+    link = config.mission.link.signing
+    link_id = 0 if link is None else link.link_id
+    return Signing(key, lambda: epoch_unix_s + loop.time(), link_id)
 
 
 def log_base_us() -> int:
@@ -61,10 +77,15 @@ async def _fly(
     log: FlightLog,
     observer: Observer,
     options: ShimOptions | None,
+    signing_key: bytes | None,
 ) -> Outcome:
     inbox = Inbox()
+    signing = _signing(config, signing_key)
     link = UdpLink(
-        parse_link_url(config.mission.connect or _EMBEDDED_URL), accept_peer=vehicle_heartbeat_in
+        parse_link_url(config.mission.connect or _EMBEDDED_URL),
+        accept_peer=partial(
+            vehicle_heartbeat_in, verifier=None if signing is None else signing.verifier
+        ),
     )
     server = CommandServer(inbox)
     shim: ShimProcess | None = None
@@ -91,6 +112,7 @@ async def _fly(
                 observer,
                 real_time=True,
                 lost=shim.lost if shim else None,
+                signing=signing,
             )
     finally:
         link.close()

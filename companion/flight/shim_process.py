@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import os
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -11,6 +12,7 @@ from companion.flight.errors import LinkLostError, ShimRefusedError
 
 _STARTS_WITHIN_S = 30.0
 _DEFAULT_STATE_HZ = 125.0
+_KEY_VARIABLE = "SITL_SHIM_SIGNING_KEY"
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +28,8 @@ class ShimOptions:
     """A sensor profile, by name or path, in place of the vehicle's own."""
     parameters: Mapping[str, float] = field(default_factory=dict)
     """Autopilot parameters that differ from the vehicle's, by name."""
+    signing_key: bytes | None = field(default=None, repr=False)
+    """32 bytes, with which packets are signed and must be signed; None: they need not be."""
 
 
 def with_state_rate(options: ShimOptions, state_rate_hz: float) -> ShimOptions:
@@ -108,6 +112,7 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
         f"--onboard-remote={companion_port}",
         "--gcs-port=0",
         "--exit-with-parent",
+        env=_environment(options),
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
@@ -122,6 +127,14 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
         await process.wait()
         raise
     return ShimProcess(process)
+
+
+def _environment(options: ShimOptions) -> dict[str, str]:
+    """Ours, with the key, which must not stand on a command line, or without one."""
+    environment = {key: value for key, value in os.environ.items() if key != _KEY_VARIABLE}
+    if options.signing_key is not None:
+        environment[_KEY_VARIABLE] = options.signing_key.hex()
+    return environment
 
 
 async def _until_ready(process: asyncio.subprocess.Process) -> None:

@@ -11,6 +11,7 @@ from companion.mavlink.messages import (
     MessageId,
     Target,
 )
+from companion.mavlink.signing import Verifier
 
 _TYPES_THAT_FLY_OR_DRIVE = frozenset(
     [*range(5), *range(7, 18), *range(19, 26), 28, 29, 35, 43, 45, 46, 47]
@@ -68,11 +69,16 @@ def vehicle_from_heartbeat(frame: Frame, heartbeat: Message) -> Vehicle | None:
     )
 
 
-def vehicle_heartbeat_in(data: bytes) -> bool:
-    """True if a datagram holds a vehicle's heartbeat: a way to tell who the peer of a link is."""
+def vehicle_heartbeat_in(data: bytes, verifier: Verifier | None = None) -> bool:
+    """True if a datagram holds a vehicle's heartbeat: a way to tell who the peer of a link is.
+
+    With a verifier only one that carries the right signature counts, so that nobody else can take
+    the peer's place.
+    """
     framer = Framer()
     return any(
         frame.message_id == MessageId.HEARTBEAT
+        and (verifier is None or verifier.preview(frame) is None)
         and vehicle_from_heartbeat(frame, decode(frame)) is not None
         for frame in framer.feed(data) + framer.finish()
     )

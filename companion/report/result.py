@@ -41,6 +41,9 @@ def result_object(
         "ticks": outcome.ticks,
         "missed_deadlines": outcome.missed_deadlines,
         "fallbacks": outcome.fallbacks,
+        "rejected_packets": (
+            None if outcome.rejected_packets is None else dict(outcome.rejected_packets)
+        ),
         "r_max_active_share": round(outcome.r_max_active_share, 3),
         "latency_ms": None if outcome.latency is None else asdict(outcome.latency),
         "timer_noise_ms": None if outcome.timer_noise is None else asdict(outcome.timer_noise),

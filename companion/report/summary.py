@@ -56,6 +56,10 @@ def _rows(result: dict[str, Any], *, with_note: bool) -> list[tuple[str, Text]]:
         if noise is not None:
             text += f" (machine's timers: p99 {_ms(noise['p99'])})"
         rows.append(("latency", Text(text)))
+    if result["rejected_packets"]:
+        counts = result["rejected_packets"].items()
+        listed = ", ".join(f"{count} {reason}" for reason, count in counts)
+        rows.append(("not read", Text(f"packets: {listed}", style="yellow")))
     if result["flight_s"]:
         ratio = result["flight_s"] / result["wall_s"] if result["wall_s"] else 0.0
         text = f"{result['flight_s']:.1f} s flown in {result['wall_s']:.1f} s ({ratio:.1f} ×)"

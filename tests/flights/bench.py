@@ -108,6 +108,8 @@ class Bench:
         check=True,
         sensors=None,
         airborne=False,
+        key=None,
+        shim_key=None,
     ):
         """Fly a short mission, or what the options say."""
         overrides = {"trajectory": str(self.folder / "short.csv"), "seed": 1} | (options or {})
@@ -119,7 +121,15 @@ class Bench:
         log = FlightLog(folder, CHANNELS)
         seen = Seen(self.happenings)
         scenario = configs_folder() / "scenarios" / f"{wind}.yaml"
-        shim = ShimOptions("px4", mission.vehicle, scenario, mission.seed, speed, sensors)
+        shim = ShimOptions(
+            "px4",
+            mission.vehicle,
+            scenario,
+            mission.seed,
+            speed,
+            sensors,
+            signing_key=shim_key,
+        )
         outcome = fly_in_lockstep(
             config,
             make_trajectory(mission),
@@ -131,6 +141,7 @@ class Bench:
             to_shim=self.wire.tap_to_shim,
             make_solver=make_solver,
             airborne=airborne,
+            signing_key=key,
         )
         log.close()
         assert log.trouble is None

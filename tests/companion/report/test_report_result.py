@@ -30,7 +30,14 @@ PROMISED = {
     "wall_s",
     "log_dir",
 }
-FURTHER = {"completed", "note", "error_against", "r_max_active_share", "timer_noise_ms"}
+FURTHER = {
+    "completed",
+    "note",
+    "error_against",
+    "r_max_active_share",
+    "timer_noise_ms",
+    "rejected_packets",
+}
 
 LANDED = Outcome(
     outcome="landed",
