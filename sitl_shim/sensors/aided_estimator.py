@@ -1,9 +1,7 @@
 """The estimator whole: on its own with satellites, or with poses from outside in their place."""
 
 from dataclasses import replace
-from math import atan2, cos, exp, sin, sqrt
-
-import numpy as np
+from math import atan2, cos, sin
 
 from sitl_shim.frames import Quaternion, Vector3, rotate, rotate_inverse
 from sitl_shim.plant.state import PlantState
@@ -13,9 +11,6 @@ from sitl_shim.sensors.estimator import Estimate, Estimator
 from sitl_shim.sensors.pose_fusion import PoseFusion
 from sitl_shim.sensors.profile import SensorProfile
 
-_SEED_STREAM = 5
-"""Beside those of plant, wind, estimator and commander."""
-_BLOCK = 512
 _AT_REST_SHARE = 0.05
 
 
@@ -36,12 +31,6 @@ class AidedEstimator:
         self.aiding = Aiding()
         """What to lean on; may change at any time."""
         self._inner = Estimator(profile, vehicle, seed=seed)
-        self._inertial = profile.inertial
-        self._generator = np.random.default_rng(
-            np.random.SeedSequence(seed, spawn_key=(_SEED_STREAM,))
-        )
-        self._draws: list[list[float]] = []
-        self._wander: Vector3 = (0.0, 0.0, 0.0)
         self._at_rest_thrust_n = _AT_REST_SHARE * vehicle.mass_kg * GRAVITY_M_S2
         self._fusion: PoseFusion | None = None
         self._poses: list[ExternalPose] = []
@@ -91,7 +80,7 @@ class AidedEstimator:
             fusion.hold()
             measured: Vector3 = (0.0, 0.0, 0.0)
         else:
-            measured = self._acceleration(estimate, state, attitude, step_s)
+            measured = _acceleration(estimate, state, attitude)
         fusion.predict(now_s, step_s, measured, heading)
         for pose in self._poses:
             fusion.take(pose, aiding, now_s)
@@ -116,33 +105,13 @@ class AidedEstimator:
             global_position_valid=False,
         )
 
-    def _acceleration(
-        self, estimate: Estimate, state: PlantState, attitude: Quaternion, step_s: float
-    ) -> Vector3:
-        """What the accelerometer says, turned into the world by the estimated attitude."""
-        ax, ay, az = estimate.acceleration_enu_m_s2
-        force = rotate_inverse(state.attitude_flu_to_enu, (ax, ay, az + GRAVITY_M_S2))
-        ax, ay, az = rotate(attitude, force)
-        az -= GRAVITY_M_S2
-        if self._inertial is None:
-            return (ax, ay, az)
-        wx, wy, wz = self._advance_wander(step_s)
-        return (ax + wx, ay + wy, az + wz)
 
-    def _advance_wander(self, step_s: float) -> Vector3:
-        assert self._inertial is not None
-        if not self._draws:
-            self._draws = self._generator.standard_normal((_BLOCK, 3)).tolist()
-        n = self._draws.pop()
-        decay = exp(-step_s / self._inertial.wander_time_s)
-        kick = sqrt(1.0 - decay * decay)
-        (a, b, c), (sa, sb, sc) = self._wander, self._inertial.wander_m_s2
-        self._wander = (
-            decay * a + kick * sa * n[0],
-            decay * b + kick * sb * n[1],
-            decay * c + kick * sc * n[2],
-        )
-        return self._wander
+def _acceleration(estimate: Estimate, state: PlantState, attitude: Quaternion) -> Vector3:
+    """What the accelerometer says, turned into the world by the estimated attitude, m/s²."""
+    ax, ay, az = estimate.acceleration_enu_m_s2
+    force = rotate_inverse(state.attitude_flu_to_enu, (ax, ay, az + GRAVITY_M_S2))
+    ax, ay, az = rotate(attitude, force)
+    return (ax, ay, az - GRAVITY_M_S2)
 
 
 def _turned(attitude: Quaternion, yaw_rad: float) -> Quaternion:

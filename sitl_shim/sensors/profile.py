@@ -47,19 +47,6 @@ class AttitudeError(DataModel):
     """Whether the vehicle's trim comes on top: a constant of roll and pitch, drawn by seed."""
 
 
-class Inertial(DataModel):
-    """What is wrong with the acceleration while only poses correct it, not satellites.
-
-    The tilt that a noisy gyro mistakes and the accelerometer's bias come to the same: a slowly
-    wandering error (first-order Gauss-Markov), in the world's axes.
-    """
-
-    wander_m_s2: NotNegativeTriple
-    """Standard deviation, ENU."""
-    wander_time_s: Positive
-    """Correlation time."""
-
-
 class SensorProfile(DataModel):
     """Errors of an autopilot's state estimate."""
 
@@ -81,8 +68,6 @@ class SensorProfile(DataModel):
     """A constant, FLU, drawn by seed uniformly within plus or minus this."""
     acceleration_noise_m_s2: NotNegativeTriple
     """Standard deviation, ENU, white."""
-    inertial: Inertial | None = None
-    """Matters while poses from outside are fused; null: nothing is wrong."""
 
 
 def load_profile(name_or_path: str | Path) -> SensorProfile:
