@@ -1,7 +1,8 @@
 """Whether the autopilot trusts its own estimate, and would arm.
 
 Flags: https://mavlink.io/en/messages/common.html#ESTIMATOR_STATUS_FLAGS, which ArduPilot's
-EKF_STATUS_REPORT shares but for what lies beyond 512.
+EKF_STATUS_REPORT shares but for what lies beyond 512.  The bit of a constant position (128) is not
+looked at: a running PX4 v1.17 sets it with a position that is fine.
 """
 
 from companion.preflight.facts import EstimatorFacts, Identity
@@ -9,7 +10,7 @@ from companion.preflight.finding import Finding, Verdict
 
 ATTITUDE, HORIZONTAL_VELOCITY, VERTICAL_VELOCITY = 1, 2, 4
 RELATIVE_POSITION, ABSOLUTE_POSITION, HEIGHT = 8, 16, 32
-CONSTANT_POSITION, GPS_GLITCH, BAD_ACCELEROMETER = 128, 1024, 2048
+GPS_GLITCH, BAD_ACCELEROMETER = 1024, 2048
 
 _NEEDED = {
     ATTITUDE: "attitude",
@@ -49,11 +50,10 @@ def _flags(estimator: EstimatorFacts, identity: Identity) -> Finding:
     missing = [words for bit, words in _NEEDED.items() if not flags & bit]
     if not flags & (RELATIVE_POSITION | ABSOLUTE_POSITION):
         missing.append("horizontal position")
-    if missing or flags & CONSTANT_POSITION:
-        lacking = ", ".join(missing) or "horizontal position (it takes the vehicle for fixed)"
+    if missing:
         return Finding(
             "estimate",
-            f"lacks {lacking}",
+            f"lacks {', '.join(missing)}",
             Verdict.WARNING,
             "Wait for GNSS or motion capture; a flight waits for it (timeouts.ready_s).",
         )

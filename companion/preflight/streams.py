@@ -60,6 +60,14 @@ def _state(stream: StreamFacts, plan: Plan) -> Finding:
     need = NEEDS[plan.setpoint]
     found = _described(stream)
     remedy = "Use a faster link or fewer streams on it, or let the autopilot's estimator run faster"
+    if stream.count == 0:
+        return Finding(
+            stream.name,
+            found,
+            Verdict.REFUSAL,
+            "Wait until the estimator has a position (ArduPilot streams none before); else check "
+            "the link's direction.",
+        )
     if stream.measured_hz < need.least_hz:
         return Finding(
             stream.name,

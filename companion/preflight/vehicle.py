@@ -3,7 +3,7 @@
 from companion.preflight.facts import Identity
 from companion.preflight.finding import Finding, Verdict
 
-_SET_ATTITUDE_TARGET = 1 << 8
+_SET_ATTITUDE_TARGET = 1 << 6
 """MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET."""
 _NAMES = {"px4": "PX4", "ardupilot": "ArduPilot"}
 _LANDED = {0: "it does not say whether it stands", 1: "on the ground", 2: "in the air",
