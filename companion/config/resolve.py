@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import companion
 from companion.config.models import ControllerConfig, MissionConfig, VehicleConfig
@@ -154,9 +155,18 @@ def _read_mission(path: Path) -> Source:
         value = data.get(key)
         if isinstance(value, str) and value and (key == "trajectory" or value.endswith(_SUFFIXES)):
             data[key] = str(path.parent / value)
-    link = data.get("link")
-    signing = link.get("signing") if isinstance(link, dict) else None
-    key_file = signing.get("key_file") if isinstance(signing, dict) else None
-    if isinstance(key_file, str) and key_file:
-        data["link"] = link | {"signing": signing | {"key_file": str(path.parent / key_file)}}
+    _make_relative(data, ("link", "signing", "key_file"), path.parent)
     return Source(source.name, data, source.lines)
+
+
+def _make_relative(data: dict[str, Any], path: tuple[str, ...], folder: Path) -> None:
+    """Put a folder before a file's name that stands below keys, if it is there."""
+    *parents, last = path
+    section: Any = data
+    for key in parents:
+        inner = section.get(key)
+        if not isinstance(inner, dict):
+            return
+        section[key] = section = dict(inner)
+    if isinstance(section.get(last), str) and section[last]:
+        section[last] = str(folder / section[last])
