@@ -1,8 +1,11 @@
-"""From an address to the link that it asks for."""
+"""From an address to the link, or the endpoint, that it asks for."""
 
 from collections.abc import Callable
 
-from companion.link.link import Link
+from companion.link.clients import Clients
+from companion.link.clients_tcp import TcpClients
+from companion.link.clients_udp import UdpClients
+from companion.link.link import Link, LinkError
 from companion.link.tcp import TcpInLink, TcpOutLink
 from companion.link.udp import UdpLink
 from companion.link.url import SERIAL_SCHEME, LinkUrl
@@ -25,3 +28,19 @@ def make_link(url: LinkUrl, accept_peer: Callable[[bytes], bool]) -> Link:
     if url.scheme == "tcpin":
         return TcpInLink(url, accept_peer)
     return UdpLink(url, accept_peer)
+
+
+def make_clients(url: LinkUrl, makes_sense: Callable[[bytes], bool]) -> Clients:
+    """The endpoint of an address; nothing is opened yet.
+
+    Raises:
+        LinkError: clients can't be had there.
+    """
+    if url.scheme in ("udpin", "udpout"):
+        return UdpClients(url, makes_sense)
+    if url.scheme == "tcpin":
+        return TcpClients(url)
+    raise LinkError(
+        f"The endpoint {url} cannot be forwarded to: write udpout:// for a client that listens, "
+        "udpin:// or tcpin:// for clients that call."
+    )

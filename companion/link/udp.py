@@ -85,7 +85,7 @@ class UdpLink:
     def send(self, data: bytes) -> None:
         """Send one datagram to the peer; dropped and counted if there is none, or it must wait."""
         transport = self._transport
-        if transport is None or self.peer is None or _waits(transport):
+        if transport is None or self.peer is None or datagrams_wait(transport):
             self.counters.unsent_packets += 1
             return
         self.counters.packets_out += 1
@@ -168,6 +168,6 @@ class _Protocol(asyncio.DatagramProtocol):
         self._link.counters.errors += 1
 
 
-def _waits(transport: asyncio.DatagramTransport) -> bool:
+def datagrams_wait(transport: asyncio.DatagramTransport) -> bool:
     """True while the system takes no more: asyncio would keep datagrams without bound."""
     return bool(transport.get_write_buffer_size())  # type: ignore[attr-defined] # typeshed lacks it
