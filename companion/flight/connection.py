@@ -17,7 +17,7 @@ from companion.flight.reports import REPORT_IDS, Reports
 from companion.flight.waiting import Waiting
 from companion.link.link import Link
 from companion.mavlink.boot_time import BootWatch
-from companion.mavlink.codec import Packer, decode
+from companion.mavlink.codec import Packer, decode, signed_anew
 from companion.mavlink.commands import ack_from_frame
 from companion.mavlink.dialect import message_name
 from companion.mavlink.dialects import dialect_for
@@ -234,6 +234,14 @@ class Connection:
         """Send a packet as it is, then record it."""
         self._link.send(raw)
         self._log.frame_out(asyncio.get_running_loop().time(), raw)
+
+    def send_frame(self, frame: Frame) -> None:
+        """Send somebody else's frame, under our signature where the link has a key.
+
+        One of MAVLink 1 can't be signed, and goes as it is.
+        """
+        signed = None if self.signing is None else signed_anew(frame, self.signing.signer)
+        self.send_raw(frame.raw if signed is None else signed)
 
     def say(self, severity: Severity, text: str) -> None:
         """Tell the ground station, by STATUSTEXT; nobody listens before the vehicle is known."""
