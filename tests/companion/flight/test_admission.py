@@ -5,7 +5,6 @@ import pytest
 from companion.flight.connection import Connection
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, encode
-from companion.mavlink.dialects.px4 import Px4
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import Outgoing, VehicleStateOfHealth, heartbeat
 from companion.mavlink.signing import EPOCH_UNIX_S, Signing
@@ -31,7 +30,7 @@ class Bench:
         self.sent, self.told, self.log = [], [], Recorded()
         self.link = MemoryLink(self.sent.append)
         signing = None if key is None else Signing(key, lambda: NOW)
-        self.connection = Connection(self.link, Px4(), self.log, signing)
+        self.connection = Connection(self.link, self.log, signing)
         self.connection.admission.on_rejected = self.told.append
 
     @property
@@ -146,3 +145,18 @@ async def test_without_a_key_an_unsigned_vehicle_is_nothing_to_talk_of(bench_of)
 
     assert bench.told == []
     assert bench.remark == ""
+
+
+@pytest.mark.parametrize("key", [KEY, None])
+async def test_a_frame_of_somebody_else_goes_out_under_our_signature(bench_of, key):
+    bench = await bench_of(key)
+    (frame,) = Framer().feed(Packer(255, 190).pack(heartbeat(VehicleStateOfHealth.ACTIVE)))
+
+    bench.connection.send_frame(frame)
+
+    (sent,) = Framer().feed(bench.sent[0])
+    assert sent.signed == (key is not None)
+    assert (sent.system_id, sent.component_id, sent.payload) == (255, 190, frame.payload)
+    if key is not None:
+        assert Signing(key, lambda: NOW).verifier.check(sent) is None
+    assert bench.log.went == bench.sent
