@@ -1,4 +1,4 @@
-"""A flight on the wall clock, over UDP: to a real autopilot, or to the embedded shim."""
+"""A flight on the wall clock: to a real autopilot over any link, or to the embedded shim."""
 
 import asyncio
 import contextlib
@@ -18,6 +18,7 @@ from companion.flight.shim_process import (
     with_state_rate,
 )
 from companion.flight.signals import commands_by_signal
+from companion.link.make import make_link
 from companion.link.udp import UdpLink
 from companion.link.url import parse_link_url
 from companion.mavlink.peers import vehicle_heartbeat_in
@@ -81,7 +82,7 @@ async def _fly(
 ) -> Outcome:
     inbox = Inbox()
     signing = _signing(config, signing_key)
-    link = UdpLink(
+    link = make_link(
         parse_link_url(config.mission.connect or _EMBEDDED_URL),
         accept_peer=partial(
             vehicle_heartbeat_in, verifier=None if signing is None else signing.verifier
@@ -99,6 +100,7 @@ async def _fly(
         except OSError as error:
             observer.message("warning", f"no command socket, only Ctrl-C: {error}")
         if options is not None:
+            assert isinstance(link, UdpLink)
             assert link.local is not None
             options = with_state_rate(options, config.mission.state_rate_hz)
             shim = await start_shim(options, link.local[1])

@@ -95,6 +95,8 @@ class PeerTable:
 
     wanted_system_id: int | None = None
     """Take only this system for the vehicle; None takes the first."""
+    wanted_component_id: int | None = None
+    """Take only this component of it; None prefers the autopilot's own (1)."""
     vehicle: Vehicle | None = None
     other_vehicles: dict[tuple[int, int], Vehicle] = field(default_factory=dict)
     """Vehicles that were heard and not chosen, by (system, component)."""
@@ -121,7 +123,9 @@ class PeerTable:
         if heard is None:
             return None
         chosen = self.vehicle
-        if self.wanted_system_id not in (None, heard.system_id):
+        if self.wanted_system_id not in (None, heard.system_id) or (
+            self.wanted_component_id not in (None, heard.component_id)
+        ):
             better = False
         elif chosen is None:
             better = True
@@ -132,9 +136,19 @@ class PeerTable:
             )
         if better:
             self.vehicle = heard
+            self.other_vehicles.pop(heard.target, None)
         elif chosen is None or heard.target != chosen.target:
             self.other_vehicles[heard.target] = heard
         return heard
+
+    @property
+    def others_text(self) -> str:
+        """Vehicles that were heard and not chosen, for a person; empty if there are none."""
+        return ", ".join(
+            f"system {vehicle.system_id} component {vehicle.component_id} "
+            f"(MAV_AUTOPILOT {vehicle.autopilot})"
+            for _, vehicle in sorted(self.other_vehicles.items())
+        )
 
     def is_vehicle(self, frame: Frame) -> bool:
         """True if the frame comes from the chosen vehicle's autopilot."""

@@ -116,3 +116,38 @@ def test_senders_are_counted_apart_and_a_step_back_is_no_loss():
 
     assert {key: peer.lost for key, peer in table.peers.items()} == {(1, 1): 0, (1, 191): 0}
     assert table.peers[1, 1].last_heard_s == 4.0
+
+
+def test_a_wanted_component_is_waited_for_within_the_wanted_system():
+    table = PeerTable(wanted_system_id=1, wanted_component_id=5)
+    hear(table, system=1, component=1)
+    hear(table, system=2, component=5)
+    assert table.vehicle is None
+
+    hear(table, system=1, component=5)
+    hear(table, system=1, component=1)
+
+    assert table.vehicle.target == (1, 5)
+    assert table.others_text.startswith("system 1 component 1 (MAV_AUTOPILOT 12), system 2")
+
+
+@pytest.mark.parametrize("other", [GROUND_STATION, COMPANION, GIMBAL])
+def test_who_is_no_vehicle_is_no_other_vehicle_either(other):
+    table = PeerTable()
+    hear(table, system=1)
+
+    hear(table, **other)
+
+    assert table.others_text == ""
+
+
+def test_a_component_that_made_room_for_the_autopilot_is_another_vehicle_only_once_heard_again():
+    table = PeerTable()
+    hear(table, system=1, component=5)
+    hear(table, system=1, component=1)
+    assert table.others_text == ""
+
+    hear(table, system=1, component=5)
+
+    assert table.vehicle.target == (1, 1)
+    assert "component 5" in table.others_text
