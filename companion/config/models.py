@@ -332,6 +332,10 @@ class MissionConfig(Section):
     connect: str | None = Field(default=None, description="Link to a real autopilot.")
     link: LinkConfig = LinkConfig()
     origin: OriginConfig = OriginConfig()
+    takeoff_height_m: Annotated[float, Field(ge=0.5, le=20.0)] = Field(
+        default=2.5,
+        description="Of the take-off on ArduPilot; PX4 goes to its own MIS_TAKEOFF_ALT.",
+    )
     hover_s: Annotated[float, Field(ge=0.0, le=60.0)] = 4.0
     approach_speed_m_s: Annotated[float, Field(gt=0.05, le=2.0)] = 0.6
     state_rate_hz: Annotated[float, Field(ge=30.0, le=250.0)] = 100.0

@@ -28,17 +28,19 @@ class Authority:
         self._modes: tuple[str, ...] = ()
         self._streaming = False
         self._landing = False
+        self._restarts = 0
 
     def on_command(self, command: PilotCommand) -> None:
         """A command has come: an abort takes effect at once, whatever the flight does."""
         if command is PilotCommand.ABORT:
-            self._stream.stop(_ABORTED)
+            self._stream.hand_over(_ABORTED)
         self._connection.waiting.wake()
 
     def expect(self, *modes: str, streaming: bool = False) -> None:
         """In flight: these modes are ours, and setpoints flow if `streaming`."""
         self._modes = modes
         self._streaming = streaming
+        self._restarts = self._connection.restarts
         self._landing = False
         self._connection.waiting.interruption = self._interruption
 
@@ -56,6 +58,11 @@ class Authority:
         reports = connection.reports
         if not reports.armed and not self._landing:
             stream.stop("disarmed")
+            if connection.restarts > self._restarts:
+                return DisarmedError(
+                    "The autopilot restarted in flight: its time since boot began anew. Nothing "
+                    "that the companion could send would help."
+                )
             return DisarmedError(
                 f"The vehicle was disarmed, in mode {connection.mode}, and not by the companion."
             )

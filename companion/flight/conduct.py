@@ -21,15 +21,15 @@ from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.inbox import Inbox
 from companion.flight.observer import Observer
+from companion.flight.parameters import Parameters
 from companion.flight.phases import fly
 from companion.flight.setpoint_stream import SetpointStream
 from companion.flight.timing import Percentiles, Punctuality, measure_timer_noise, percentiles_ms
 from companion.flight.voice import Voice
 from companion.link.link import Link
-from companion.mavlink.dialects.px4 import Px4
-from companion.mavlink.messages import VehicleStateOfHealth
 from companion.mavlink.signing import Signing
 from companion.recording.flight_log import FlightLog
+from companion.thrust_meaning import ThrustMeaning
 from companion.trajectories.trajectory import Trajectory
 
 OutcomeName = Literal["landed", "tracked", "aborted", "refused"]
@@ -95,12 +95,19 @@ async def conduct(
     """
     if real_time and scope is not FlightScope.WHOLE:
         raise ValueError("only a simulated vehicle in lockstep is taken over in the air")
-    connection = Connection(link, Px4(), log, signing)
+    connection = Connection(link, log, signing, system_id=config.mission.link.system_id)
     voice = Voice(observer, log, connection.say)
     control = ControlLoop(
         make_stack(config.controller, config.vehicle, config.mission, make_solver),
         supervisor_limits(config.mission),
     )
+
+    def adopt(thrust: ThrustMeaning) -> None:
+        stack = make_stack(
+            config.controller, config.vehicle, config.mission, make_solver, thrust=thrust
+        )
+        control.adopt(stack, supervisor_limits(config.mission))
+
     punctuality = Punctuality(period_s=1.0 / config.mission.state_rate_hz)
     stream = SetpointStream(connection, control, log, voice, punctuality)
     flight = Flight(
@@ -112,6 +119,8 @@ async def conduct(
         inbox,
         Authority(connection, stream, inbox, voice),
         voice,
+        Parameters(connection),
+        adopt,
         scope,
     )
     connection.on_trouble = partial(voice.tell, "error")
@@ -121,7 +130,7 @@ async def conduct(
         lost.add_done_callback(lambda future: connection.waiting.fail(future.result()))
     noise: list[float] = []
     helpers = [
-        connection.housekeeping(config.mission.timeouts.link_lost_s, partial(voice.tell, "error")),
+        connection.housekeeping(partial(voice.tell, "error")),
         stream.watch(),
     ]
     if real_time:
@@ -182,18 +191,20 @@ async def _helped(
         if error is not None:
             text = f"The companion failed ({type(error).__name__}: {error}): handing over"
             connection.waiting.fail(
-                FlightAbortedError(f"{text}; {connection.dialect.hand_over.explanation}.")
+                FlightAbortedError(f"{text}; {connection.hand_over_explanation}.")
             )
-            stream.stop(text)
+            stream.hand_over(text)
 
     tasks = [loop.create_task(helper) for helper in helpers]
     for task in tasks:
         task.add_done_callback(on_end)
     try:
         yield
-    finally:
         stream.stop()
-        connection.health = VehicleStateOfHealth.STANDBY
+    finally:
+        # If it still runs, something ended the flight that should not have.
+        stream.hand_over("the flight has ended")
+        await stream.handing_over.finished()
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)

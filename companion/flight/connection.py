@@ -269,9 +269,9 @@ class Connection:
                 if silence > self.lost_after_s:
                     self.waiting.fail(
                         LinkLostError(
-                            f"Nothing was heard from the autopilot for {self.lost_after_s:g} s over "
-                            f"{self.link_description}: the link is lost. What the vehicle does "
-                            "now is its autopilot's failsafe."
+                            "Nothing was heard from the autopilot for "
+                            f"{self.lost_after_s:g} s over {self.link_description}: the link is "
+                            "lost. What the vehicle does now is its autopilot's failsafe."
                         )
                     )
                     return

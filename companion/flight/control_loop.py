@@ -160,6 +160,10 @@ class ControlLoop:
         rate = None if rates is None else rates.in_silence(now_s, attitude)
         return Output(self.rung, self._supervisor.reason, attitude, field, None, "level", rate)
 
+    def level(self) -> tuple[Quaternion, float] | None:
+        """Level at the last known heading, and the thrust field of hover; None without a state."""
+        return None if self._newest is None else self._hold(self._newest, 0.0)
+
     def desired_position(self, autopilot_time_s: float) -> Array | None:
         """The reference at a time, (3,) ENU m; None while holding."""
         if self._timeline is None:

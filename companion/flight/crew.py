@@ -1,6 +1,7 @@
 """What the stages of a flight work with, and what they keep of it."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -11,10 +12,12 @@ from companion.control.reference_model import Array
 from companion.flight.authority import Authority
 from companion.flight.connection import Connection
 from companion.flight.inbox import Inbox
+from companion.flight.parameters import Parameters
 from companion.flight.placement import Placement
 from companion.flight.setpoint_stream import SetpointStream
 from companion.flight.timeline import Timeline
 from companion.flight.voice import Voice
+from companion.thrust_meaning import ThrustMeaning
 from companion.trajectories.trajectory import Trajectory
 
 
@@ -39,6 +42,8 @@ class Progress:
     """Height of the ground that it stood on, in the local frame."""
     placement: Placement | None = None
     """Where the mission lies; settled when it first engages."""
+    takeoff_height_m: float = math.nan
+    """How high the take-off goes, above the ground."""
     completed: bool = False
     """The trajectory was flown to its end."""
 
@@ -55,5 +60,8 @@ class Flight:
     inbox: Inbox
     authority: Authority
     voice: Voice
+    parameters: Parameters
+    adopt: Callable[[ThrustMeaning], None]
+    """Fly with a stack for this meaning of the thrust field."""
     scope: FlightScope = FlightScope.WHOLE
     progress: Progress = field(default_factory=Progress)

@@ -35,6 +35,7 @@ async def land(flight: Flight) -> None:
     stream.stop()
     if change.verdict is not Verdict.ACCEPTED:
         raise HandedOverError(change.explanation)
+    connection.health.standby()
     flight.authority.expect_landing("land")
     await _wait_disarmed(flight)
 
@@ -57,6 +58,7 @@ async def wait_for_word(flight: Flight, reason: str) -> PilotCommand:
         f"handed over: {reason}. `companion resume` flies on, `companion land` lands; "
         "else the autopilot flies",
     )
+    await flight.stream.handing_over.finished()
     word: PilotCommand | None = None
 
     def spoken() -> bool:

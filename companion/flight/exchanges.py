@@ -2,15 +2,21 @@
 
 import asyncio
 from collections.abc import Callable
+from dataclasses import replace
 
 from companion.flight.errors import FlightAbortedError
 from companion.flight.waiting import Waiting
 from companion.mavlink.command_exchange import CommandExchange, CommandQueue
 from companion.mavlink.commands import Ack, Command, message_interval
-from companion.mavlink.dialects.base import AutopilotDialect
-from companion.mavlink.exchange import Verdict
+from companion.mavlink.dialects.base import AutopilotDialect, Stream
+from companion.mavlink.exchange import Patience, Verdict
 from companion.mavlink.messages import MessageId, Outgoing, Target
-from companion.mavlink.mode_change import ModeChange
+from companion.mavlink.mode_change import MODE_PATIENCE, ModeChange
+from companion.mavlink.state_source import (
+    PARTS_IN_PLACE_OF_ODOMETRY,
+    STATE_MESSAGES,
+    StateSource,
+)
 
 _LONGEST_S = 60.0
 """No exchange takes this long by its own patience: this only guards against a bug."""
@@ -20,8 +26,18 @@ class Exchanges:
     """Asks, repeats, and gives the verdict.  An exchange whose wait was ended is dropped."""
 
     def __init__(
-        self, waiting: Waiting, send: Callable[[Outgoing], None], dialect: AutopilotDialect
+        self,
+        waiting: Waiting,
+        send: Callable[[Outgoing], None],
+        dialect: Callable[[], AutopilotDialect],
     ) -> None:
+        """Prepare.
+
+        Args:
+            waiting: what everything here waits on.
+            send: sends a message to the vehicle.
+            dialect: the vehicle's, once it is known.
+        """
         self._waiting = waiting
         self._send = send
         self._dialect = dialect
@@ -49,11 +65,7 @@ class Exchanges:
     async def change_mode(self, target: Target, name: str) -> ModeChange:
         """Ask for a mode and wait until the vehicle reports it, or refuses."""
         self._waiting.check()
-        change = ModeChange(
-            self._dialect.set_mode(target, name), self._dialect.custom_mode(name), name
-        )
-        self._mode_change = change
-        self.pump(asyncio.get_running_loop().time())
+        change = self.begin_mode_change(target, name)
         try:
             await self._waiting.until(
                 lambda: change.verdict is not Verdict.PENDING,
@@ -61,27 +73,67 @@ class Exchanges:
                 lambda: f"no verdict on the change to mode {name} within {_LONGEST_S:g} s",
             )
         finally:
-            self._mode_change = None
+            self.drop_mode_change(change)
         return change
 
-    async def request_streams(self, target: Target, state_rate_hz: float) -> None:
+    def begin_mode_change(
+        self, target: Target, name: str, patience: Patience = MODE_PATIENCE
+    ) -> ModeChange:
+        """Ask for a mode now, in place of any that is being asked for; nobody waits for it here."""
+        dialect = self._dialect()
+        change = ModeChange(
+            dialect.set_mode(target, name), dialect.custom_mode(name), name, patience
+        )
+        self._mode_change = change
+        self.pump(asyncio.get_running_loop().time())
+        return change
+
+    @property
+    def asked_mode(self) -> str | None:
+        """The mode that is being asked for now."""
+        return None if self._mode_change is None else self._mode_change.label
+
+    def drop_mode_change(self, change: ModeChange) -> None:
+        """Ask for it no longer."""
+        if self._mode_change is change:
+            self._mode_change = None
+
+    async def request_streams(
+        self, target: Target, state_rate_hz: float
+    ) -> tuple[StateSource, tuple[Stream, ...]]:
         """Ask for the dialect's streams, the state at the given rate.
+
+        Where ODOMETRY is refused, position and attitude are asked for in its place.
+
+        Returns:
+            What the state is made of, and what was granted, at the intervals that were asked for.
 
         Raises:
             FlightAbortedError: a stream that is needed was refused.
         """
-        for stream in self._dialect.streams:
-            interval = stream.interval_s
-            if stream.message_id is MessageId.ODOMETRY:
-                interval = 1.0 / state_rate_hz
+        source = StateSource.PARTS
+        granted: list[Stream] = []
+        wanted = list(self._dialect().streams)
+        while wanted:
+            stream = wanted.pop(0)
+            if stream.message_id in STATE_MESSAGES:
+                stream = replace(stream, interval_s=1.0 / state_rate_hz)
             exchange = await self.command(
-                message_interval(target, int(stream.message_id), interval)
+                message_interval(target, int(stream.message_id), stream.interval_s)
             )
-            if exchange.verdict is not Verdict.ACCEPTED and stream.required:
+            is_odometry = stream.message_id is MessageId.ODOMETRY
+            if exchange.verdict is Verdict.ACCEPTED:
+                granted.append(stream)
+                if is_odometry:
+                    source = StateSource.ODOMETRY
+            elif exchange.verdict is Verdict.REFUSED and is_odometry:
+                wanted[:0] = PARTS_IN_PLACE_OF_ODOMETRY
+            elif stream.required:
                 raise FlightAbortedError(
                     f"The autopilot does not stream {stream.message_id.name}, without which there "
                     f"is no flight: {exchange.explanation}."
                 )
+        return source, tuple(granted)
 
     def pump(self, now_s: float) -> None:
         """Send what is due, and judge what is overdue."""

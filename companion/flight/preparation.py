@@ -6,30 +6,124 @@ Whatever is wrong here refuses the flight.
 from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
 from companion.flight.inbox import PilotCommand
+from companion.flight.readiness import become_ready, last_texts
+from companion.flight.setpoint_stream import LONGEST_PAUSE_S
+from companion.flight.stream_rates import measure_streams
 from companion.mavlink.commands import arm, disarm
+from companion.mavlink.dialects import dialect_named, dialect_names
 from companion.mavlink.exchange import Verdict
 
-_RATE_MEASURED_S = {FlightScope.WHOLE: 1.0, FlightScope.AIRBORNE: 0.5}
-_SLOWEST_STATE_HZ = 30.0
-_RATE_WARNING = 0.7
+_MOST_RESTARTS = 5
+_TEXTS_FOLLOW_S = 0.5
+"""ArduPilot denies arming first, and then says why."""
+_COVERED_WITHIN_S = 0.06
+_SAME_HEIGHT_M = 0.05
+
+
+class _RestartedError(Exception):
+    """The autopilot has restarted: what was asked of it has to be asked again."""
 
 
 async def prepare(flight: Flight) -> None:
     """Connect and wait until the autopilot would arm.
 
+    Nothing is armed yet, so an autopilot that restarts meanwhile is waited for.
+
     Raises:
         FlightRefusedError: something is wrong, or a person does not want to fly any more.
     """
-    flight.connection.waiting.interruption = lambda: _stopped_by_command(flight)
+    connection, timeouts = flight.connection, flight.mission.timeouts
+    connection.lost_after_s = max(timeouts.link_lost_s, timeouts.connect_s)
+    connection.waiting.interruption = lambda: _stopped_by_command(flight)
     try:
         await _connect(flight)
-        await _become_ready(flight)
+        for _ in range(_MOST_RESTARTS):
+            try:
+                await _prepare_once(flight)
+            except _RestartedError:
+                flight.voice.tell(
+                    "warning", "the autopilot has restarted: asking it for everything again"
+                )
+            else:
+                return
+        raise FlightRefusedError(
+            f"The autopilot restarted {_MOST_RESTARTS} times. Look at its power supply."
+        )
     except FlightAbortedError as error:
-        connection = flight.connection
         remark = connection.admission.remark(vehicle_known=connection.peers.vehicle is not None)
         raise FlightRefusedError(f"{error} {remark}".rstrip()) from error
     finally:
         flight.authority.rest()
+
+
+async def _prepare_once(flight: Flight) -> None:
+    """All that is true of one boot of the autopilot: streams, parameters, readiness.
+
+    Raises:
+        _RestartedError: it has restarted.
+    """
+    connection, mission = flight.connection, flight.mission
+    restarts = connection.restarts
+
+    def interruption() -> Exception | None:
+        if connection.restarts > restarts:
+            return _RestartedError()
+        return _stopped_by_command(flight)
+
+    connection.waiting.interruption = interruption
+    wait_s = mission.timeouts.connect_s
+    await connection.waiting.until(
+        lambda: connection.reports.custom_mode is not None,
+        wait_s,
+        lambda: f"The autopilot restarted, and then no HEARTBEAT came within {wait_s:g} s.",
+    )
+    _check_armed(flight)
+    await connection.request_streams(mission.state_rate_hz)
+    at_once = connection.dialect.state_before_position
+    await connection.waiting.until(
+        lambda: connection.clock.valid and (connection.state is not None or not at_once),
+        wait_s,
+        lambda: (
+            f"The autopilot answers, but within {wait_s:g} s there came "
+            + _what_is_missing(flight)
+            + ". Check the link's direction and that the estimator has a position."
+        ),
+    )
+    await _learn(flight)
+    measured = connection.state is not None
+    if measured:
+        await measure_streams(flight)
+    await become_ready(flight)
+    if not measured:
+        await measure_streams(flight)
+
+
+async def _learn(flight: Flight) -> None:
+    """Read the parameters that a flight depends on, and fly accordingly.
+
+    Raises:
+        FlightRefusedError: with these the flight cannot be flown.
+    """
+    connection, mission, stream = flight.connection, flight.mission, flight.stream
+    dialect = connection.dialect
+    values = await flight.parameters.read(dialect.flight_parameters)
+    meaning = dialect.thrust_meaning(values)
+    if isinstance(meaning, str):
+        raise FlightRefusedError(f"{meaning}.")
+    flight.adopt(meaning)
+    # A sample that does not come is covered after this; to the stream that is a pause, too.
+    covered_s = mission.supervisor.state_age_limit_s + _COVERED_WITHIN_S
+    timeout_s = dialect.setpoint_timeout_s(values)
+    stream.longest_pause_s = max(covered_s, min(LONGEST_PAUSE_S, 0.5 * timeout_s))
+    wanted_m = mission.takeoff_height_m
+    height_m = dialect.takeoff_height_m(values, wanted_m)
+    flight.progress.takeoff_height_m = height_m
+    if abs(height_m - wanted_m) > _SAME_HEIGHT_M and "takeoff_height_m" in mission.model_fields_set:
+        flight.voice.tell(
+            "info",
+            f"{dialect.title} takes off to its own height of {height_m:g} m (MIS_TAKEOFF_ALT), "
+            f"not to takeoff_height_m, {wanted_m:g} m",
+        )
 
 
 async def arm_vehicle(flight: Flight) -> None:
@@ -40,9 +134,11 @@ async def arm_vehicle(flight: Flight) -> None:
         LinkLostError: it is not known whether it did.
     """
     connection = flight.connection
+    connection.lost_after_s = flight.mission.timeouts.link_lost_s
     flight.voice.phase("arm")
     exchange = await connection.exchanges.command(arm(connection.target))
     if exchange.verdict is Verdict.REFUSED:
+        await connection.waiting.pause(_TEXTS_FOLLOW_S)
         raise FlightRefusedError(
             f"Arming was denied: {exchange.explanation}. Look at the autopilot's messages in a "
             "ground station and mend what they name." + last_texts(flight)
@@ -63,12 +159,6 @@ async def arm_vehicle(flight: Flight) -> None:
             f"The autopilot did not arm: {exchange.explanation}, and {error}. It was told to "
             "disarm again." + last_texts(flight)
         ) from error
-
-
-def last_texts(flight: Flight) -> str:
-    """The autopilot's last words, as a sentence; empty if it said nothing."""
-    texts = [text for text in flight.connection.reports.texts[-3:] if text]
-    return f" It said: {' / '.join(texts)}" if texts else ""
 
 
 def _stopped_by_command(flight: Flight) -> Exception | None:
@@ -94,26 +184,27 @@ async def _connect(flight: Flight) -> None:
             "address (PX4's onboard link sends to UDP port 14540), or give --connect."
         ),
     )
+    _check_kind(flight)
+
+
+def _check_kind(flight: Flight) -> None:
+    """The vehicle is of a kind that the companion flies, and of the one that is wanted."""
+    connection, wanted = flight.connection, flight.mission.autopilot
     vehicle = connection.peers.vehicle
     assert vehicle is not None
-    if vehicle.autopilot != connection.dialect.autopilot_id:
+    if not connection.dialect_known:
         raise FlightRefusedError(
             f"The autopilot on {connection.link_description} has MAV_AUTOPILOT "
-            f"{vehicle.autopilot}; {connection.dialect.name} has "
-            f"{connection.dialect.autopilot_id}. Give the right --autopilot."
+            f"{vehicle.autopilot}, of which the companion knows nothing: it flies "
+            f"{' and '.join(dialect_names())}."
         )
-    _check_armed(flight)
-    await connection.exchanges.request_streams(connection.target, mission.state_rate_hz)
-    await connection.waiting.until(
-        lambda: connection.clock.valid and connection.state is not None,
-        mission.timeouts.connect_s,
-        lambda: (
-            f"The autopilot answers, but within {mission.timeouts.connect_s:g} s there came "
-            + _what_is_missing(flight)
-            + ". Check the link's direction and that the estimator has a position."
-        ),
-    )
-    await _measure_rate(flight)
+    found = connection.dialect
+    if wanted not in ("auto", found.name):
+        raise FlightRefusedError(
+            f"The autopilot on {connection.link_description} has MAV_AUTOPILOT "
+            f"{vehicle.autopilot}, which is {found.title}; {wanted} has "
+            f"{dialect_named(wanted).autopilot_id}. Give --autopilot {found.name}, or auto."
+        )
 
 
 def _check_armed(flight: Flight) -> None:
@@ -133,45 +224,9 @@ def _check_armed(flight: Flight) -> None:
 
 def _what_is_missing(flight: Flight) -> str:
     connection = flight.connection
-    if connection.state is not None:
+    names = connection.state_source.names
+    if connection.state is not None or not connection.dialect.state_before_position:
         return "no answer to TIMESYNC"
     if connection.rejected_because:
-        return f"no usable ODOMETRY ({connection.rejected_because})"
-    return "no ODOMETRY"
-
-
-async def _measure_rate(flight: Flight) -> None:
-    """Streams are asked for, then measured: what an autopilot grants is not what it sends."""
-    connection = flight.connection
-    first = connection.state
-    assert first is not None
-    count_before = connection.samples
-    await connection.waiting.pause(_RATE_MEASURED_S[flight.scope])
-    last = connection.state
-    assert last is not None
-    span = last.time_s - first.time_s
-    rate = (connection.samples - count_before) / span if span > 0.0 else 0.0
-    wanted = flight.mission.state_rate_hz
-    if rate < _SLOWEST_STATE_HZ:
-        raise FlightRefusedError(
-            f"The state arrives at {rate:.0f} Hz; at least {_SLOWEST_STATE_HZ:g} Hz are needed "
-            f"({wanted:g} Hz were asked for). Use a faster link or fewer streams on it."
-        )
-    if rate < _RATE_WARNING * wanted:
-        flight.voice.tell(
-            "warning", f"the state arrives at {rate:.0f} Hz, {wanted:g} Hz were asked for"
-        )
-    flight.stream.punctuality.period_s = connection.loop_seconds(1.0 / rate)
-
-
-async def _become_ready(flight: Flight) -> None:
-    connection = flight.connection
-    flight.voice.phase("ready", f"{connection.dialect.name}, mode {connection.mode}")
-    await connection.waiting.until(
-        lambda: connection.readiness.ready,
-        flight.mission.timeouts.ready_s,
-        lambda: (
-            f"The autopilot did not become ready within {flight.mission.timeouts.ready_s:g} s. "
-            f"It waits for: {', '.join(connection.readiness.missing)}." + last_texts(flight)
-        ),
-    )
+        return f"no usable {names} ({connection.rejected_because})"
+    return f"no {names}"

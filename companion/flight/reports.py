@@ -19,6 +19,7 @@ REPORT_IDS = frozenset(
     (
         MessageId.CURRENT_MODE,
         MessageId.SYS_STATUS,
+        MessageId.EKF_STATUS_REPORT,
         MessageId.EXTENDED_SYS_STATE,
         MessageId.STATUSTEXT,
     )
@@ -36,6 +37,10 @@ class Reports:
     landed_state: int = 0
     sensors: tuple[int, int, int] | None = None
     """Masks present, enabled, health of SYS_STATUS."""
+    sensors_of_mode: bool = False
+    """That SYS_STATUS came after the present mode was first reported."""
+    estimator_flags: int | None = None
+    """Of the newest EKF_STATUS_REPORT."""
     battery_remaining: float = math.nan
     texts: list[str] = field(default_factory=list)
     """STATUSTEXTs, oldest first."""
@@ -63,14 +68,29 @@ class Reports:
                 int(message.onboard_control_sensors_enabled),
                 int(message.onboard_control_sensors_health),
             )
+            self.sensors_of_mode = self.custom_mode is not None
             if message.battery_remaining >= 0:
                 self.battery_remaining = message.battery_remaining / 100.0
+        elif frame.message_id == MessageId.EKF_STATUS_REPORT:
+            self.estimator_flags = int(message.flags)
         elif frame.message_id == MessageId.EXTENDED_SYS_STATE:
             self.landed_state = int(message.landed_state)
         elif frame.message_id == MessageId.STATUSTEXT:
             self._take_text(message)
 
+    def forget(self) -> None:
+        """The autopilot has restarted: of what it said only the texts still hold."""
+        self.armed = False
+        self.custom_mode = None
+        self.system_status = 0
+        self.landed_state = 0
+        self.sensors = None
+        self.sensors_of_mode = False
+        self.estimator_flags = None
+
     def _take_mode(self, custom_mode: int) -> None:
+        if custom_mode != self.custom_mode:
+            self.sensors_of_mode = False
         self.custom_mode = custom_mode
         if self.on_mode is not None:
             self.on_mode(custom_mode)

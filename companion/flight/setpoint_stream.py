@@ -15,6 +15,7 @@ from companion.control.mpc import MpcRecord
 from companion.flight.announcer import Announcer, Condition
 from companion.flight.connection import Connection
 from companion.flight.control_loop import ControlLoop, Output
+from companion.flight.handing_over import HandingOver
 from companion.flight.observer import TickView
 from companion.flight.records import (
     control_record,
@@ -40,7 +41,7 @@ _LATE_S = 0.02
 _LONGEST_DELAY_S = 0.2
 _CLOCK_ERROR_S = 0.5
 """A sample from further ahead than this is no error of our estimate: its clock has jumped."""
-_LONGEST_PAUSE_S = 0.5
+LONGEST_PAUSE_S = 0.5
 """By the autopilot's clock; half of the second after which PX4's failsafe acts by default."""
 
 
@@ -60,6 +61,9 @@ class SetpointStream:
         self.running = False
         self.stopped_because = ""
         """Why the stream stopped by itself; empty if it did not."""
+        self.longest_pause_s = LONGEST_PAUSE_S
+        """A stream that has paused for longer is not taken up again, s of the autopilot's clock."""
+        self.handing_over = HandingOver(connection, voice)
         self.fallbacks = 0
         """Ticks at which something less than the controller's optimum was sent."""
         self.plans = 0
@@ -80,6 +84,7 @@ class SetpointStream:
 
     def start(self) -> None:
         """Begin to stream, holding; a clean ladder."""
+        self.handing_over.cancel()
         self.control.release()
         self._announcer.clear()
         self._fresh_s = asyncio.get_running_loop().time()
@@ -87,12 +92,31 @@ class SetpointStream:
         self._sent_s = None
         self.stopped_because = ""
         self.running = True
+        self._connection.health.active()
+
+    def hand_over(self, reason: str) -> None:
+        """Give the vehicle to the autopilot in its own way, and stop.
+
+        If nothing streams but the vehicle is in the mode of setpoints all the same (ArduPilot
+        takes off in it), that mode is ended, too.
+        """
+        if self.running:
+            hold = self._level()
+            self.stop(reason)
+        elif self.handing_over.possible:
+            hold = None
+            self.stopped_because = reason
+        else:
+            return
+        self._connection.health.emergency()
+        self.handing_over.begin(hold)
 
     def stop(self, reason: str = "") -> None:
         """Stop streaming; a reason means that it was not planned."""
         if not self.running:
             return
         self.running = False
+        self._connection.health.standby()
         self.punctuality.pause()
         self.stopped_because = reason
         # Nothing that waits may go on as if setpoints flowed; who stops the stream while looking
@@ -197,7 +221,9 @@ class SetpointStream:
             hand_over = self._connection.dialect.hand_over.explanation
             self._voice.tell(condition.severity, condition.text(hand_over))
         if output.rung is Rung.HAND_OVER:
-            self.stop(output.reason or "the ladder's end")
+            self.hand_over(output.reason or "the ladder's end")
+        elif self.running:
+            self._connection.health.active(troubled=condition.depth > 0)
         return sent
 
     def _stood_still(self) -> bool:
@@ -210,7 +236,7 @@ class SetpointStream:
         clock = self._connection.clock
         pause_s = asyncio.get_running_loop().time() - self._sent_s
         pause_s *= clock.rate if clock.valid else 1.0
-        if pause_s <= _LONGEST_PAUSE_S:
+        if pause_s <= self.longest_pause_s:
             return False
         self._give_up(f"the companion itself stood still for {pause_s:.1f} s")
         return True
@@ -220,8 +246,16 @@ class SetpointStream:
 
     def _give_up(self, reason: str) -> None:
         explanation = self._connection.dialect.hand_over.explanation
-        self.stop(reason)
+        self.hand_over(reason)
         self._voice.tell("error", f"handing over: {reason}; {explanation}")
+
+    def _level(self) -> AttitudeSetpoint | None:
+        """What holds the vehicle while it is handed over; None if that cannot be made."""
+        try:
+            held = self.control.level()
+            return None if held is None else AttitudeSetpoint(*held)
+        except Exception:
+            return None  # what failed may be the controller itself; the mode is what counts
 
     def _record(
         self,

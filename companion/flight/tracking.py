@@ -8,13 +8,15 @@ from companion.flight.assemble import fence_infeasibilities
 from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError
 from companion.flight.placement import PlacedTrajectory, Placement, place
-from companion.flight.preparation import last_texts
+from companion.flight.readiness import last_texts
 from companion.flight.reports import LANDED_IN_AIR
 from companion.flight.timeline import SHORTEST_MOVE_S, Timeline, plan_timeline
 from companion.frames import yaw_of
 from companion.mavlink.exchange import Verdict
 
 _SHORTEST_APPROACH_S = {FlightScope.WHOLE: SHORTEST_MOVE_S, FlightScope.AIRBORNE: 0.2}
+_ENOUGH_OF_HEIGHT = 0.85
+"""Where the mode does not tell that the take-off is over, the height must, beside landed_state."""
 _SETTLE_S = 0.2
 """In the air until the truth of the last scored sample has come, too."""
 
@@ -26,34 +28,45 @@ async def take_off(flight: Flight) -> None:
         FlightAbortedError: it was refused, or did not come to its end.
     """
     connection, mission = flight.connection, flight.mission
-    before = connection.mode
-    flight.authority.expect(before, "takeoff", "loiter")
+    dialect, height_m = connection.dialect, flight.progress.takeoff_height_m
+    begins_in, holds_in = dialect.takeoff_modes[0], dialect.takeoff_modes[-1]
+    flight.authority.expect(connection.mode, *dialect.takeoff_modes)
     flight.voice.phase("take off", "by the autopilot")
-    exchange = await connection.exchanges.command(
-        connection.dialect.takeoff(connection.target, math.nan)
-    )
+    exchange = await connection.exchanges.command(dialect.takeoff(connection.target, height_m))
     if exchange.verdict is not Verdict.ACCEPTED:
         raise FlightAbortedError(
             f"Take-off was refused: {exchange.explanation}.{last_texts(flight)}"
         )
 
     def risen() -> bool:
-        return connection.reports.landed_state == LANDED_IN_AIR and connection.mode == "loiter"
+        return (
+            connection.reports.landed_state == LANDED_IN_AIR
+            and connection.mode == holds_in
+            and (begins_in != holds_in or _height_m(flight) > _ENOUGH_OF_HEIGHT * height_m)
+        )
 
     await connection.waiting.until(
-        lambda: connection.mode == "takeoff" or risen(),
+        lambda: connection.mode == begins_in or risen(),
         mission.timeouts.command_s,
         lambda: f"The autopilot accepted the take-off but stays in mode {connection.mode}.",
     )
-    flight.authority.expect("takeoff", "loiter")
+    flight.authority.expect(*dialect.takeoff_modes)
     await connection.waiting.until(
         risen,
         connection.loop_seconds(mission.timeouts.takeoff_s),
         lambda: (
             f"The take-off did not end within {mission.timeouts.takeoff_s:g} s "
-            f"(mode {connection.mode}, landed state {connection.reports.landed_state})."
+            f"(mode {connection.mode}, landed state {connection.reports.landed_state}, "
+            f"{_height_m(flight):.1f} m above the ground)."
         ),
     )
+
+
+def _height_m(flight: Flight) -> float:
+    """Above the ground that the vehicle stood on."""
+    state = flight.connection.state
+    assert state is not None
+    return state.position_enu_m[2] - flight.progress.ground_up_m
 
 
 async def engage(flight: Flight) -> Timeline:
@@ -70,12 +83,13 @@ async def engage(flight: Flight) -> Timeline:
     flight.authority.expect(connection.mode, mode, streaming=True)
     flight.voice.phase("engage", f"mode {mode}")
     await connection.waiting.pause(connection.loop_seconds(connection.dialect.stream_before_mode_s))
-    change = await connection.exchanges.change_mode(connection.target, mode)
-    if change.verdict is not Verdict.ACCEPTED:
-        stream.stop()
-        raise FlightAbortedError(
-            f"The autopilot does not take setpoints: {change.explanation}.{last_texts(flight)}"
-        )
+    if connection.mode != mode:
+        change = await connection.exchanges.change_mode(connection.target, mode)
+        if change.verdict is not Verdict.ACCEPTED:
+            stream.stop()
+            raise FlightAbortedError(
+                f"The autopilot does not take setpoints: {change.explanation}.{last_texts(flight)}"
+            )
     flight.authority.expect(mode, streaming=True)
     state = connection.state
     assert state is not None

@@ -110,6 +110,17 @@ def takeoff_here(target: Target) -> Command:
     return Command(CommandId.NAV_TAKEOFF, target, (math.nan,) * 7)
 
 
+def takeoff_to(target: Target, height_m: float) -> Command:
+    """Take off where the vehicle stands, to a height above that (ArduPilot).
+
+    Raises:
+        ValueError: the height is not a positive number.
+    """
+    if not 0.0 < height_m < math.inf:
+        raise ValueError(f"a take-off cannot go to a height of {height_m} m")
+    return _command(CommandId.NAV_TAKEOFF, target, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, height_m)
+
+
 def message_interval(target: Target, message_id: int, interval_s: float | None) -> Command:
     """Ask for a message at an interval; 0 restores the autopilot's default, None stops it.
 

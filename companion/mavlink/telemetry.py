@@ -12,6 +12,7 @@ from companion.frames import (
     Quaternion,
     Vector3,
     attitude_from_wire,
+    quaternion_multiply,
     rotate,
     swap_enu_ned,
     swap_flu_frd,
@@ -26,7 +27,14 @@ _BODY_FRAMES = (8, 12)
 
 _ODOMETRY_BYTES = 230
 _ODOMETRY = struct.Struct("<Q13f168xBB")
+_POSITION = struct.Struct("<I6f")
+_ATTITUDE = struct.Struct("<I7f")
 _DEBUG_VECT = struct.Struct("<Q3f10s")
+_WRAP_MS = 1 << 32
+"""`time_boot_ms` begins again at 0 after 49.7 days."""
+
+LARGEST_CARRY_S = 0.03
+"""An attitude further than this from the position's time is not carried to it."""
 
 FARTHEST_M = 1.0e5
 FASTEST_M_S = 300.0
@@ -39,6 +47,24 @@ class Rejected:
 
     reason: str
     """One sentence for the log, naming the message and the field."""
+
+
+@dataclass(frozen=True, slots=True)
+class LocalPosition:
+    """A LOCAL_POSITION_NED as it was sent."""
+
+    time_boot_ms: int
+    position_ned_m: Vector3
+    velocity_ned_m_s: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class WireAttitude:
+    """An ATTITUDE_QUATERNION as it was sent."""
+
+    time_boot_ms: int
+    frd_to_ned: Quaternion
+    rate_frd_rad_s: Vector3
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +102,72 @@ def state_from_odometry(frame: Frame) -> VehicleState | Rejected:
             return Rejected(f"ODOMETRY has its velocity in frame {twist_frame}, wanted 1, 8 or 12")
         velocity = rotate((qw, qx, qy, qz), velocity)
     return _state("ODOMETRY", time_us * 1e-6, (x, y, z), velocity, (qw, qx, qy, qz), (p, q, r))
+
+
+def local_position(frame: Frame) -> LocalPosition:
+    """Read a LOCAL_POSITION_NED."""
+    time_ms, x, y, z, vx, vy, vz = _POSITION.unpack_from(frame.payload.ljust(_POSITION.size, b"\0"))
+    return LocalPosition(time_ms, (x, y, z), (vx, vy, vz))
+
+
+def wire_attitude(frame: Frame) -> WireAttitude:
+    """Read an ATTITUDE_QUATERNION."""
+    payload = frame.payload
+    if len(payload) < _ATTITUDE.size:
+        payload = payload.ljust(_ATTITUDE.size, b"\0")
+    time_ms, qw, qx, qy, qz, p, q, r = _ATTITUDE.unpack_from(payload)
+    return WireAttitude(time_ms, (qw, qx, qy, qz), (p, q, r))
+
+
+def state_from_parts(
+    position: LocalPosition, attitude: WireAttitude, time_s: float
+) -> VehicleState | Rejected:
+    """State from a position and the newest attitude, for autopilots without ODOMETRY.
+
+    The state's time is the position's; the attitude is carried to it by its own rates.
+
+    Args:
+        position: LOCAL_POSITION_NED.
+        attitude: ATTITUDE_QUATERNION.
+        time_s: the position's time since boot, any wrap of its 32 bits undone.
+    """
+    carried_ms = (position.time_boot_ms - attitude.time_boot_ms + _WRAP_MS // 2) % _WRAP_MS
+    carried_s = (carried_ms - _WRAP_MS // 2) * 1e-3
+    if abs(carried_s) > LARGEST_CARRY_S:
+        order = "older" if carried_s > 0.0 else "newer"
+        return Rejected(
+            f"LOCAL_POSITION_NED has only an ATTITUDE_QUATERNION that is "
+            f"{abs(carried_s) * 1e3:.0f} ms {order}, and at most "
+            f"{LARGEST_CARRY_S * 1e3:.0f} ms are bridged"
+        )
+    q = attitude.frd_to_ned
+    if carried_s != 0.0:
+        q = _turned(q, attitude.rate_frd_rad_s, carried_s)
+    return _state(
+        "LOCAL_POSITION_NED with ATTITUDE_QUATERNION",
+        time_s,
+        position.position_ned_m,
+        position.velocity_ned_m_s,
+        q,
+        attitude.rate_frd_rad_s,
+    )
+
+
+def unwrapped_s(time_boot_ms: int, about_s: float) -> float:
+    """A `time_boot_ms` of 32 bits as seconds since boot: the one nearest to `about_s`."""
+    turns = round((about_s * 1e3 - time_boot_ms) / _WRAP_MS)
+    return (time_boot_ms + max(0, turns) * _WRAP_MS) * 1e-3
+
+
+def _turned(q: Quaternion, rate_rad_s: Vector3, duration_s: float) -> Quaternion:
+    """An attitude after turning at constant body rates; not finite if those are not."""
+    x, y, z = rate_rad_s
+    speed = math.sqrt(x * x + y * y + z * z)
+    half = 0.5 * speed * duration_s
+    if not abs(half) < math.pi:
+        return (math.nan,) * 4
+    share = math.sin(half) / speed if speed > 0.0 else 0.5 * duration_s
+    return quaternion_multiply(q, (math.cos(half), share * x, share * y, share * z))
 
 
 def wind_acceleration(frame: Frame) -> WindAcceleration | Rejected | None:

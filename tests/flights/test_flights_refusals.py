@@ -59,8 +59,19 @@ def test_an_autopilot_of_another_kind(bench):
     bench.wire.from_shim = edit(
         MessageId.HEARTBEAT, _HEARTBEAT, lambda mode, kind, _, *rest: (mode, kind, 3, *rest)
     )
+    flown = bench.fly(options={"autopilot": "px4"})
+    assert_refused(flown, "has MAV_AUTOPILOT 3, which is ArduPilot; px4 has 12")
+    assert "Give --autopilot ardupilot, or auto." in flown.outcome.note
+    assert flown.wire.commands == []
+
+
+def test_an_autopilot_that_the_companion_does_not_know(bench):
+    bench.wire.from_shim = edit(
+        MessageId.HEARTBEAT, _HEARTBEAT, lambda mode, kind, _, *rest: (mode, kind, 0, *rest)
+    )
     flown = bench.fly()
-    assert_refused(flown, "has MAV_AUTOPILOT 3; px4 has 12")
+    assert_refused(flown, "MAV_AUTOPILOT 0, of which the companion knows nothing")
+    assert "px4 and ardupilot" in flown.outcome.note
     assert flown.wire.commands == []
 
 

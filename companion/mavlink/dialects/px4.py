@@ -1,11 +1,23 @@
 """PX4, as a running v1.17 behaves on the wire."""
 
+from collections.abc import Mapping
+
 from companion.mavlink.commands import Command, CommandId, takeoff_here
-from companion.mavlink.dialects.base import HandOver, ParameterEncoding, Readiness, Stream
+from companion.mavlink.dialects.base import (
+    PREARM_CHECK,
+    HandOver,
+    ParameterEncoding,
+    Readiness,
+    ReadinessFacts,
+    Stream,
+    unwell_sensors,
+)
 from companion.mavlink.messages import MessageId, Target
+from companion.thrust_meaning import COLLECTIVE, ThrustMeaning
 
 _CUSTOM_MODE_ENABLED = 1.0
-_PREARM_CHECK = 0x1000_0000
+_DEFAULT_TIMEOUT_S = 1.0
+_DEFAULT_TAKEOFF_M = 2.5
 
 _MODES: dict[str, tuple[int, int]] = {
     "manual": (1, 0),
@@ -25,25 +37,6 @@ _MODES: dict[str, tuple[int, int]] = {
 
 _NAMES = {modes: name for name, modes in _MODES.items()}
 
-_SENSORS: dict[int, str] = {
-    0x1: "gyroscope",
-    0x2: "accelerometer",
-    0x4: "magnetometer",
-    0x8: "barometer",
-    0x10: "airspeed sensor",
-    0x20: "GPS",
-    0x40: "optical flow",
-    0x80: "vision position",
-    0x1000: "yaw position control",
-    0x4000: "altitude and position control",
-    0x8000: "motors",
-    0x1_0000: "remote control",
-    0x20_0000: "attitude and position estimate",
-    0x100_0000: "logging",
-    0x200_0000: "battery",
-}
-"""MAV_SYS_STATUS_SENSOR bits that a person can do something about."""
-
 
 def encode_mode(main: int, sub: int = 0) -> int:
     """PX4's `custom_mode` of a main and a sub mode."""
@@ -59,6 +52,7 @@ class Px4:
     """PX4's dialect."""
 
     name = "px4"
+    title = "PX4"
     autopilot_id = 12
     streams = (
         # PX4 rounds to its 4 ms tick: 10 ms gives 99 Hz.
@@ -70,12 +64,20 @@ class Px4:
         Stream(MessageId.ATTITUDE_TARGET, 0.100, required=False),
         Stream(MessageId.BATTERY_STATUS, 1.000, required=False),
     )
+    stream_remedy = (
+        "Raise the link's baud rate (SER_*_BAUD, up to 921600) and MAV_n_RATE, set MAV_n_MODE to "
+        "Onboard, or let fewer streams share the link"
+    )
+    state_before_position = True
     parameter_encoding = ParameterEncoding.BYTEWISE
+    flight_parameters = ("COM_OF_LOSS_T", "MIS_TAKEOFF_ALT")
     hand_over = HandOver(
         modes=(),
         explanation="the setpoint stream stops and PX4's failsafe (COM_OBL_RC_ACT) acts after "
         "COM_OF_LOSS_T, 1 s by default",
     )
+    mode_before_arming = None
+    takeoff_modes = ("takeoff", "loiter")
     setpoint_mode = "offboard"
     stream_before_mode_s = 1.0
     """100 ms were enough; PX4's documentation asks for 1 s."""
@@ -112,10 +114,22 @@ class Px4:
         """NAV_TAKEOFF to MIS_TAKEOFF_ALT: PX4's parameter 7 is above sea level, not ground."""
         return takeoff_here(target)
 
-    def readiness(self, present: int, enabled: int, health: int) -> Readiness:
+    def thrust_meaning(self, parameters: Mapping[str, float]) -> ThrustMeaning | str:
+        """Collective thrust, whatever the parameters."""
+        return COLLECTIVE
+
+    def setpoint_timeout_s(self, parameters: Mapping[str, float]) -> float:
+        """COM_OF_LOSS_T, after which COM_OBL_RC_ACT says what PX4 does."""
+        return parameters.get("COM_OF_LOSS_T", _DEFAULT_TIMEOUT_S)
+
+    def takeoff_height_m(self, parameters: Mapping[str, float], wanted_m: float) -> float:
+        """MIS_TAKEOFF_ALT, whatever is wanted."""
+        return parameters.get("MIS_TAKEOFF_ALT", _DEFAULT_TAKEOFF_M)
+
+    def readiness(self, facts: ReadinessFacts) -> Readiness:
         """PX4 arms once the PREARM_CHECK bit is set; the other bits say what it waits for."""
-        if health & _PREARM_CHECK:
+        if facts.sensors is None:
+            return Readiness(False, ("no SYS_STATUS came yet",))
+        if facts.sensors[2] & PREARM_CHECK:
             return Readiness(True, ())
-        unwell = present & enabled & ~health
-        missing = tuple(label for bit, label in _SENSORS.items() if unwell & bit)
-        return Readiness(False, missing or ("PX4's pre-arm check",))
+        return Readiness(False, unwell_sensors(facts.sensors) or ("PX4's pre-arm check",))

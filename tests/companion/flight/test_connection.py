@@ -3,7 +3,6 @@ import pytest
 from companion.flight.connection import Connection
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, encode
-from companion.mavlink.dialects.px4 import Px4
 
 
 class NoLog:
@@ -26,7 +25,7 @@ def vehicle_heartbeat(packer):
 @pytest.mark.parametrize("tail", [b"\xfd\xff\x00", b"\xfe\xff", b"\xfd"])
 async def test_a_junk_tail_of_a_datagram_delays_no_packet_of_the_next_ones(tail):
     link = MemoryLink(lambda data: None)
-    connection = Connection(link, Px4(), NoLog())
+    connection = Connection(link, NoLog())
     await link.open()
     packer = Packer(1, 1)
     heard = []
@@ -40,7 +39,7 @@ async def test_a_junk_tail_of_a_datagram_delays_no_packet_of_the_next_ones(tail)
 
 async def test_a_packet_behind_a_false_start_comes_with_its_own_datagram():
     link = MemoryLink(lambda data: None)
-    connection = Connection(link, Px4(), NoLog())
+    connection = Connection(link, NoLog())
     await link.open()
 
     link.receive(b"\xfd\xff\x00" + vehicle_heartbeat(Packer(1, 1)))

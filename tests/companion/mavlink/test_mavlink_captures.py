@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import all as pymavlink
 from companion.frames import swap_enu_ned
 from companion.mavlink.codec import decode
 from companion.mavlink.commands import ack_from_frame
+from companion.mavlink.dialects.base import ReadinessFacts
 from companion.mavlink.dialects.px4 import Px4, decode_mode
 from companion.mavlink.exchange import Verdict
 from companion.mavlink.framing import Framer
@@ -136,13 +137,13 @@ def test_a_real_px4s_readiness_and_mode_are_understood():
             if frame.message_id == 0:
                 table.on_heartbeat(frame, message)
             if frame.message_id == 1:
-                ready.append(
-                    px4.readiness(
-                        message.onboard_control_sensors_present,
-                        message.onboard_control_sensors_enabled,
-                        message.onboard_control_sensors_health,
-                    ).ready
+                sensors = (
+                    message.onboard_control_sensors_present,
+                    message.onboard_control_sensors_enabled,
+                    message.onboard_control_sensors_health,
                 )
+                facts = ReadinessFacts(None, sensors, True, None, True)
+                ready.append(px4.readiness(facts).ready)
             else:
                 modes.append(px4.mode_name(message.custom_mode))
 

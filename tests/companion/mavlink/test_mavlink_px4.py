@@ -1,7 +1,7 @@
 import pytest
 
 from companion.mavlink.codec import Packer, decode
-from companion.mavlink.dialects.base import AutopilotDialect
+from companion.mavlink.dialects.base import AutopilotDialect, ReadinessFacts
 from companion.mavlink.dialects.px4 import Px4, decode_mode, encode_mode
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import Target
@@ -44,20 +44,24 @@ def test_a_mode_is_asked_for_by_main_and_sub_mode():
     assert (message.command, message.param1, message.param2, message.param3) == (176, 1, 4, 6)
 
 
+def readiness_of(*sensors):
+    return PX4.readiness(ReadinessFacts(0x03040000, sensors, True, None, True))
+
+
 def test_readiness_is_the_prearm_bit():
     # As a real PX4 reports itself when it can be armed.
-    assert PX4.readiness(0x0300402F, 0x0301402F, 0x1320C83F).ready
+    assert readiness_of(0x0300402F, 0x0301402F, 0x1320C83F).ready
 
 
 def test_what_is_missing_is_named():
-    readiness = PX4.readiness(0x0300402F, 0x0301402F, 0x0320C83F & ~0x20 & ~0x2000000)
+    readiness = readiness_of(0x0300402F, 0x0301402F, 0x0320C83F & ~0x20 & ~0x2000000)
 
     assert not readiness.ready
     assert set(readiness.missing) == {"GPS", "battery"}
 
 
 def test_something_is_named_even_if_every_sensor_is_well():
-    readiness = PX4.readiness(0x0300402F, 0x0300402F, 0x0300402F)
+    readiness = readiness_of(0x0300402F, 0x0300402F, 0x0300402F)
 
     assert not readiness.ready
     assert readiness.missing

@@ -1,0 +1,99 @@
+"""Waiting until the autopilot would arm, and saying what it waits for."""
+
+import asyncio
+
+from companion.flight.crew import Flight, FlightScope
+from companion.flight.errors import FlightAbortedError, FlightRefusedError
+from companion.mavlink.exchange import Verdict
+
+_MOST_REQUESTS = 10
+"""For the mode before arming: who overwrites it as often means it."""
+_BETWEEN_REQUESTS_S = 1.0
+_QUIET_AT_FIRST_S = 1.0
+_QUIET_S = 3.0
+
+
+class Progress:
+    """Decides when a person is told what is waited for: at a change, and not too often."""
+
+    def __init__(self, begun_s: float) -> None:
+        """Begin at the loop's time `begun_s`."""
+        self._told: tuple[str, ...] = ()
+        self._due_s = begun_s + _QUIET_AT_FIRST_S
+
+    def news(self, missing: tuple[str, ...], now_s: float) -> str | None:
+        """What to tell now, or None."""
+        if not missing or missing == self._told or now_s < self._due_s:
+            return None
+        self._told = missing
+        self._due_s = now_s + _QUIET_S
+        return f"waiting for: {', '.join(missing)}"
+
+
+async def become_ready(flight: Flight) -> None:
+    """Wait until the autopilot would arm, in the mode in which it is to be armed.
+
+    Raises:
+        FlightAbortedError: it did not become ready in time; the text says what is missing.
+        FlightRefusedError: somebody keeps choosing another mode.
+    """
+    connection, voice = flight.connection, flight.voice
+    dialect, loop = connection.dialect, asyncio.get_running_loop()
+    voice.phase("ready", f"{dialect.name}, mode {connection.mode}")
+    ready_s = flight.mission.timeouts.ready_s
+    deadline_s = loop.time() + ready_s
+    progress = Progress(loop.time())
+    # What is in the air already is in its mode, too.
+    mode = dialect.mode_before_arming if flight.scope is FlightScope.WHOLE else None
+    requests = 0
+
+    def ready_or_overwritten() -> bool:
+        readiness = connection.readiness
+        news = progress.news(readiness.missing, loop.time())
+        if news is not None:
+            voice.tell("info", news)
+        return readiness.ready or overwritten()
+
+    def overwritten() -> bool:
+        return mode is not None and connection.mode != mode
+
+    while True:
+        if overwritten():
+            assert mode is not None
+            requests += 1
+            if requests > _MOST_REQUESTS:
+                raise FlightRefusedError(
+                    f"The autopilot was asked for mode {mode} {_MOST_REQUESTS} times and is in "
+                    f"{connection.mode} again: somebody else chooses it. Look at the mode switch "
+                    "of the remote control and at other ground stations."
+                )
+            if requests > 1:
+                voice.tell("info", f"mode {mode} gave way to {connection.mode}; asking again")
+            change = await connection.exchanges.change_mode(connection.target, mode)
+            if change.verdict is not Verdict.ACCEPTED:
+                if loop.time() >= deadline_s:
+                    raise FlightAbortedError(_not_ready(flight, ready_s))
+                voice.tell("info", f"{change.explanation}; asking again")
+                await connection.waiting.pause(_BETWEEN_REQUESTS_S)
+                continue
+        await connection.waiting.until(
+            ready_or_overwritten,
+            max(0.0, deadline_s - loop.time()),
+            lambda: _not_ready(flight, ready_s),
+        )
+        if connection.readiness.ready:
+            return
+
+
+def last_texts(flight: Flight) -> str:
+    """The autopilot's last words, as a sentence; empty if it said nothing."""
+    texts = [text for text in flight.connection.reports.texts[-3:] if text]
+    return f" It said: {' / '.join(texts)}" if texts else ""
+
+
+def _not_ready(flight: Flight, ready_s: float) -> str:
+    missing = flight.connection.readiness.missing
+    return (
+        f"The autopilot did not become ready within {ready_s:g} s. "
+        f"It waits for: {', '.join(missing)}." + last_texts(flight)
+    )

@@ -1,0 +1,107 @@
+"""Streams are asked for, then measured: what an autopilot grants is not what it sends."""
+
+from dataclasses import dataclass
+
+from companion.flight.crew import Flight, FlightScope
+from companion.flight.errors import FlightRefusedError
+from companion.mavlink.dialects.base import Stream
+from companion.mavlink.state_source import STATE_MESSAGES
+
+_MEASURED_S = {FlightScope.WHOLE: 1.0, FlightScope.AIRBORNE: 0.5}
+_LEAST_STATE_HZ = {"attitude": 30.0, "rates": 50.0}
+"""By the setpoint's type: nothing but us holds the attitude between two body rates."""
+_SLOW_SHARE = 0.7
+_COUNTED_HZ = 10.0
+"""Of slower streams too few come in the time: one more might have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """How often a message of the vehicle came."""
+
+    name: str
+    rate_hz: float
+    asked_hz: float
+    least_hz: float
+    """Below this there is no flight."""
+
+    @property
+    def too_slow(self) -> bool:
+        """True if the flight cannot be flown on it."""
+        return self.rate_hz < self.least_hz or self.rate_hz <= 0.0
+
+    @property
+    def slow(self) -> bool:
+        """True if a person should know."""
+        return self.rate_hz < _SLOW_SHARE * self.asked_hz
+
+    @property
+    def text(self) -> str:
+        """Which, and how slow."""
+        if self.rate_hz <= 0.0:
+            return f"{self.name} was granted and does not arrive"
+        return f"{self.name} arrives at {self.rate_hz:.0f} Hz, {self.asked_hz:g} Hz were asked for"
+
+
+async def measure_streams(flight: Flight) -> None:
+    """Measure the streams that the flight needs, and judge them.
+
+    Streams that do not suffice are asked for once more first: a booting autopilot may have
+    forgotten, and a request can be lost.
+
+    Raises:
+        FlightRefusedError: one is too slow for the type of setpoint; named, with the remedy.
+    """
+    connection = flight.connection
+    found = await _measure(flight)
+    if any(stream.too_slow for stream in found):
+        await connection.request_streams(flight.mission.state_rate_hz)
+        found = await _measure(flight)
+    remedy = connection.dialect.stream_remedy
+    refused = [stream for stream in found if stream.too_slow]
+    if refused:
+        kind = flight.mission.setpoint
+        least = f"{_LEAST_STATE_HZ[kind]:g} Hz of the state are needed for {kind} setpoints"
+        raise FlightRefusedError(
+            f"{'; '.join(stream.text for stream in refused)} (at least {least}). {remedy}."
+        )
+    for stream in found:
+        if stream.slow:
+            flight.voice.tell("warning", f"{stream.text}. {remedy}")
+
+
+async def _measure(flight: Flight) -> list[Measured]:
+    connection = flight.connection
+    first = connection.state
+    assert first is not None
+    samples, counts = connection.samples, dict(connection.counts)
+    await connection.waiting.pause(_MEASURED_S[flight.scope])
+    last = connection.state
+    if last is None:  # the autopilot has restarted: who waits next is told
+        return []
+    span_s = last.time_s - first.time_s
+    state_hz = (connection.samples - samples) / span_s if span_s > 0.0 else 0.0
+    least_hz = _LEAST_STATE_HZ[flight.mission.setpoint]
+    found = [
+        Measured(
+            f"the state ({connection.state_source.names})",
+            state_hz,
+            flight.mission.state_rate_hz,
+            least_hz,
+        )
+    ]
+    if state_hz <= 0.0:
+        return found
+    flight.stream.punctuality.period_s = connection.loop_seconds(1.0 / state_hz)
+    for stream in connection.streams:
+        if stream.required and stream.message_id not in STATE_MESSAGES:
+            came = connection.counts.get(stream.message_id, 0) - counts.get(stream.message_id, 0)
+            found.append(_counted(stream, came, span_s))
+    return found
+
+
+def _counted(stream: Stream, came: int, span_s: float) -> Measured:
+    asked_hz = 1.0 / stream.interval_s
+    if came > 0 and asked_hz < _COUNTED_HZ:
+        came += 1
+    return Measured(stream.message_id.name, came / span_s, asked_hz, 0.0)
