@@ -61,6 +61,7 @@ class SentSetpoint:
     quaternion: tuple
     thrust: float
     mask: int
+    rates: tuple = (0.0, 0.0, 0.0)
 
     @property
     def tilt_deg(self):
@@ -157,9 +158,12 @@ class Wire:
 
     def _note_sent(self, packet):
         if packet.message_id == MessageId.SET_ATTITUDE_TARGET:
-            _, qw, qx, qy, qz, _, _, _, thrust, _, _, mask = packet.fields(_SETPOINT)
+            _, qw, qx, qy, qz, *rates, thrust, _, _, mask = packet.fields(_SETPOINT)
             age = packet.time_s - self.last_state_s
-            self.setpoints.append(SentSetpoint(packet.time_s, age, (qw, qx, qy, qz), thrust, mask))
+            attitude = (qw, qx, qy, qz)
+            self.setpoints.append(
+                SentSetpoint(packet.time_s, age, attitude, thrust, mask, tuple(rates))
+            )
         elif packet.message_id == MessageId.COMMAND_LONG:
             *parameters, command_id, _, _, _ = packet.fields(_COMMAND)
             self.commands.append((packet.time_s, command_id, tuple(parameters)))
