@@ -7,6 +7,9 @@ from companion.config.resolve import FlightConfig, find_config, shipped_names
 from companion.config.yaml_source import ConfigError, read_yaml
 from companion.flight.shim_process import ShimOptions
 
+_BOOT_SCALES = {"ardupilot": 0.1}
+"""A real ArduPilot takes 42 s until its estimator has a position: nobody learns from the wait."""
+
 
 def embedded_shim(config: FlightConfig) -> ShimOptions:
     """What the embedded shim is told for a flight.
@@ -15,12 +18,14 @@ def embedded_shim(config: FlightConfig) -> ShimOptions:
         ConfigError: it has no such vehicle, or the scenario is not there.
     """
     mission = config.mission
+    autopilot = "px4" if mission.autopilot == "auto" else mission.autopilot
     return ShimOptions(
-        autopilot="px4" if mission.autopilot == "auto" else mission.autopilot,
+        autopilot=autopilot,
         vehicle=_plant(config),
         scenario=_scenario(mission),
         seed=mission.seed,
         sensors=mission.sensors,
+        boot_scale=_BOOT_SCALES.get(autopilot, 1.0),
     )
 
 

@@ -28,6 +28,8 @@ class ShimOptions:
     """A sensor profile, by name or path, in place of the vehicle's own."""
     parameters: Mapping[str, float] = field(default_factory=dict)
     """Autopilot parameters that differ from the vehicle's, by name."""
+    boot_scale: float = 1.0
+    """What the time from boot to readiness is multiplied by."""
     signing_key: bytes | None = field(default=None, repr=False)
     """32 bytes, with which packets are signed and must be signed; None: they need not be."""
 
@@ -36,9 +38,9 @@ def with_state_rate(options: ShimOptions, state_rate_hz: float) -> ShimOptions:
     """The options for a state that comes this often.
 
     PX4's estimator publishes at 125 Hz unless its prediction period (EKF2_PREDICT_US) is set to
-    the 4 ms of its gyro's samples.
+    the 4 ms of its gyro's samples.  ArduPilot's needs nothing.
     """
-    if state_rate_hz <= _DEFAULT_STATE_HZ:
+    if state_rate_hz <= _DEFAULT_STATE_HZ or options.autopilot != "px4":
         return options
     return replace(options, parameters={"EKF2_PREDICT_US": 4000.0, **options.parameters})
 
@@ -106,6 +108,7 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
         f"--scenario={options.scenario}",
         f"--seed={options.seed}",
         f"--speed={options.speed}",
+        *([] if options.boot_scale == 1.0 else [f"--boot-scale={options.boot_scale}"]),
         *([] if options.sensors is None else [f"--sensors={options.sensors}"]),
         *(f"--parameter={name}={value}" for name, value in options.parameters.items()),
         "--onboard-port=0",
