@@ -6,13 +6,15 @@ as in real time runs here, and the same MAVLink bytes pass; only sockets and wai
 
 import asyncio
 import contextlib
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from datetime import UTC, datetime
+from typing import NamedTuple
 
 import numpy as np
 
 from companion.config.resolve import FlightConfig
 from companion.control.qp.port import QpSolverFactory
+from companion.flight.checking import Checked, CheckOrder, Tell, check_vehicle
 from companion.flight.clock import run_in_virtual_time
 from companion.flight.conduct import Outcome, conduct
 from companion.flight.crew import FlightScope
@@ -86,6 +88,31 @@ def fly_in_lockstep(
     )
 
 
+def check_in_lockstep(
+    order: CheckOrder,
+    tell: Tell,
+    shim: ShimOptions,
+    *,
+    from_shim: Tap | None = None,
+    to_shim: Tap | None = None,
+    signing_key: bytes | None = None,
+) -> Checked:
+    """Check the embedded shim in simulated time.
+
+    Args:
+        order: what to check.
+        tell: told severity and text of what is set and restored.
+        shim: which vehicle.
+        from_shim: may change each datagram to the companion; an empty one is lost.
+        to_shim: the same for the other way.
+        signing_key: 32 bytes, of companion and shim; None: packets are not signed.
+
+    Raises:
+        ShimRefusedError: the shim can't simulate what it was asked for.
+    """
+    return run_in_virtual_time(_check(order, tell, shim, signing_key, from_shim, to_shim))
+
+
 async def _fly(
     config: FlightConfig,
     trajectory: Trajectory,
@@ -99,6 +126,57 @@ async def _fly(
     airborne: bool,
     signing_key: bytes | None,
 ) -> Outcome:
+    first = _first_point(config, trajectory) if airborne else None
+    async with _embedded(config, options, signing_key, from_shim, to_shim, first) as way:
+        with commands_by_signal(inbox, observer):
+            return await conduct(
+                config,
+                trajectory,
+                way.link,
+                log,
+                inbox,
+                observer,
+                real_time=False,
+                make_solver=make_solver,
+                scope=FlightScope.AIRBORNE if airborne else FlightScope.WHOLE,
+                signing=way.signing,
+            )
+
+
+async def _check(
+    order: CheckOrder,
+    tell: Tell,
+    options: ShimOptions,
+    signing_key: bytes | None,
+    from_shim: Tap | None,
+    to_shim: Tap | None,
+) -> Checked:
+    async with _embedded(order.config, options, signing_key, from_shim, to_shim) as way:
+        return await check_vehicle(order, way.link, tell, signing=way.signing)
+
+
+class _Way(NamedTuple):
+    """The way to an embedded shim that runs."""
+
+    link: MemoryLink
+    signing: Signing | None
+
+
+@contextlib.asynccontextmanager
+async def _embedded(
+    config: FlightConfig,
+    options: ShimOptions,
+    signing_key: bytes | None,
+    from_shim: Tap | None,
+    to_shim: Tap | None,
+    airborne_at_enu_m: tuple[float, float, float] | None = None,
+) -> AsyncIterator[_Way]:
+    """Run a shim, with an open link to it.
+
+    Raises:
+        ShimRefusedError: it can't simulate what it was asked for.
+    """
+
     def to_companion(data: bytes) -> None:
         arriving = data if from_shim is None else from_shim(data)
         if arriving:
@@ -120,8 +198,9 @@ async def _fly(
                 speed=options.speed,
                 sensors=options.sensors,
                 parameters=dict(options.parameters),
+                **({} if options.boot_scale == 1.0 else {"boot_scale": options.boot_scale}),
                 signing_key=options.signing_key,
-                airborne_at_enu_m=_first_point(config, trajectory) if airborne else None,
+                airborne_at_enu_m=airborne_at_enu_m,
             ),
             to_companion,
         )
@@ -137,19 +216,7 @@ async def _fly(
         signing = Signing(signing_key, lambda: _BOOT_UNIX_S + loop.time(), link_id)
     flying_shim = asyncio.get_running_loop().create_task(shim.run())
     try:
-        with commands_by_signal(inbox, observer):
-            return await conduct(
-                config,
-                trajectory,
-                link,
-                log,
-                inbox,
-                observer,
-                real_time=False,
-                make_solver=make_solver,
-                scope=FlightScope.AIRBORNE if airborne else FlightScope.WHOLE,
-                signing=signing,
-            )
+        yield _Way(link, signing)
     finally:
         link.close()
         flying_shim.cancel()

@@ -14,22 +14,33 @@ Tell = Callable[[str, str], None]
 """Told severity and text."""
 
 
+def note_changes(
+    connection: Connection,
+    changes: Sequence[ParameterChange],
+    path: Path,
+    *,
+    replace: bool = False,
+) -> None:
+    """Write the restore file; belongs before `set_parameters`.
+
+    Raises:
+        RestoreFileError: it cannot be written, so nothing must be set.
+    """
+    wanted = RestoreList(connection.dialect.name, connection.target.system_id, tuple(changes))
+    write_restore_file(path, wanted, replace=replace)
+
+
 async def set_parameters(
-    connection: Connection, changes: Sequence[ParameterChange], path: Path, tell: Tell
+    connection: Connection, changes: Sequence[ParameterChange], tell: Tell
 ) -> list[str]:
-    """Write the restore file, then set each parameter and say so.
+    """Set each parameter and say so.
 
     Returns:
         What could not be set, in sentences; empty if all was.
 
     Raises:
-        RestoreFileError: nothing was set.
         FlightAbortedError: the link was lost, or the wait was ended from outside.
     """
-    if not changes:
-        return []
-    wanted = RestoreList(connection.dialect.name, connection.target.system_id, tuple(changes))
-    write_restore_file(path, wanted)
     parameters = Parameters(connection)
     problems = []
     try:

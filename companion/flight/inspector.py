@@ -6,7 +6,7 @@ from pathlib import Path
 from companion.config.resolve import FlightConfig
 from companion.flight.connection import Connection
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
-from companion.flight.fixing import restore_parameters, set_parameters
+from companion.flight.fixing import note_changes, restore_parameters, set_parameters
 from companion.flight.inspection import gather
 from companion.flight.plan_to_check import plan_to_check
 from companion.flight.restore_file import RESTORE_NAME, RestoreFileError
@@ -22,7 +22,8 @@ from companion.preflight.finding import (
 from companion.preflight.judgement import judge
 from companion.trajectories.trajectory import Trajectory
 
-_MEASURED_S = 1.0
+_LISTENED_S = 0.5
+"""Until a SYS_STATUS has come; the flight itself measures the streams."""
 
 
 class Inspector:
@@ -57,14 +58,16 @@ class Inspector:
         """What was set, or begun to be."""
 
     async def before_flight(self) -> None:
-        """Check; the streams flow already, and nothing is armed.
+        """Check; streams have been asked for, the clock is valid, and nothing is armed.
+
+        The flight looks itself at what comes with time: streams, estimate, readiness.
 
         Raises:
             FlightRefusedError: something forbids the flight; the text says what and the remedy.
             FlightAbortedError: the link was lost, or the wait was ended from outside.
         """
         connection, mission = self._connection, self._config.mission
-        facts = await gather(connection, _MEASURED_S, all_of_it=False)
+        facts = await gather(connection, _LISTENED_S, all_of_it=False)
         plan = plan_to_check(self._config, self._trajectory, connection.our_system_id)
         findings = judge(facts, plan, settled=False)
         if mission.preflight.fix:
@@ -109,14 +112,17 @@ class Inspector:
             FlightRefusedError: a parameter could not be set, or the restore file not be written.
         """
         changes = changes_of(findings)
-        self._changes = changes
+        if not changes:
+            return findings
+        # After a restart of the autopilot this comes again; what was there at first counts.
+        before = {change.name: change for change in self._changes}
+        noted = [*before.values(), *(change for change in changes if change.name not in before)]
         try:
-            problems = await set_parameters(
-                self._connection, changes, self._restore_file, self._voice.tell
-            )
+            note_changes(self._connection, noted, self._restore_file, replace=bool(before))
         except RestoreFileError as error:
-            self._changes = []
             raise FlightRefusedError(str(error)) from error
+        self._changes = noted
+        problems = await set_parameters(self._connection, changes, self._voice.tell)
         if problems:
             raise FlightRefusedError(" ".join(problems))
         return [finding for finding in findings if finding.change is None]

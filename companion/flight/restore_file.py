@@ -35,8 +35,13 @@ class RestoreList:
     """In the order of setting."""
 
 
-def write_restore_file(path: Path, wanted: RestoreList) -> None:
+def write_restore_file(path: Path, wanted: RestoreList, *, replace: bool = False) -> None:
     """Write the list and see it to the disk.
+
+    Args:
+        path: where to.
+        wanted: the list.
+        replace: a file of that name is an earlier list of the same flight.
 
     Raises:
         RestoreFileError: it cannot be written, or a file of that name is there.
@@ -50,7 +55,7 @@ def write_restore_file(path: Path, wanted: RestoreList) -> None:
         ],
     }
     try:
-        with path.open("x", encoding="utf-8") as file:
+        with path.open("w" if replace else "x", encoding="utf-8") as file:
             json.dump(data, file, indent=2, ensure_ascii=False, allow_nan=False)
             file.write("\n")
             file.flush()

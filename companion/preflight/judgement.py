@@ -34,12 +34,12 @@ def judge(facts: Facts, plan: Plan, *, settled: bool = True) -> list[Finding]:
     Args:
         facts: what was gathered.
         plan: what is to be flown.
-        settled: judge the estimate and the readiness, too; a flight waits for them by itself.
+        settled: judge streams, estimate and readiness, too; a flight waits for them by itself.
     """
     return [
         *judge_vehicle(facts.identity),
         *(judge_estimator(facts.estimator, facts.identity) if settled else ()),
-        *judge_streams(facts.streams, plan),
+        *(judge_streams(facts.streams, plan) if settled else ()),
         *judge_link(facts.link, facts.identity, plan),
         *_failsafe(facts, plan),
         *_thrust(facts, plan),

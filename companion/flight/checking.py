@@ -1,0 +1,223 @@
+"""A check of a vehicle without a flight: connect, listen, judge, and go.
+
+It arms nothing and changes no mode.  The streams that it asks for are given back at its end.
+"""
+
+import asyncio
+import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from companion.config.resolve import FlightConfig
+from companion.flight.connection import Connection
+from companion.flight.errors import FlightAbortedError, LinkLostError
+from companion.flight.fixing import note_changes, restore_parameters, set_parameters
+from companion.flight.inspection import gather
+from companion.flight.plan_to_check import plan_to_check
+from companion.flight.restore_file import RestoreFileError, RestoreList
+from companion.link.link import Link
+from companion.mavlink.commands import message_interval
+from companion.mavlink.signing import Signing
+from companion.preflight.facts import Facts
+from companion.preflight.finding import Finding, Verdict, accepting, changes_of
+from companion.preflight.judgement import judge
+from companion.trajectories.trajectory import Trajectory
+
+_MEASURED_S = 3.0
+Tell = Callable[[str, str], None]
+"""Told severity and text."""
+
+
+class _NoLog:
+    """Records nothing."""
+
+    def frame_in(self, time_s: float, raw: bytes) -> None:
+        """A received frame."""
+
+    def frame_out(self, time_s: float, raw: bytes) -> None:
+        """A sent frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class CheckOrder:
+    """What to check, and what to do beside it."""
+
+    config: FlightConfig
+    trajectory: Trajectory
+    fix_into: Path | None = None
+    """Set the parameters that findings would have otherwise, for good, with this restore file."""
+    restore: RestoreList | None = None
+    """Set these back, and do nothing else."""
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What came of it."""
+
+    findings: tuple[Finding, ...]
+    facts: Facts | None
+    """None if nothing could be gathered."""
+    restored: bool = False
+    """All of the restore list is as it was."""
+
+
+class _CannotGoOnError(Exception):
+    """There is nothing more to check; the finding says why."""
+
+    def __init__(self, finding: Finding) -> None:
+        super().__init__(finding.found)
+        self.finding = finding
+
+
+async def check_vehicle(
+    order: CheckOrder,
+    link: Link,
+    tell: Tell,
+    *,
+    signing: Signing | None = None,
+    lost: "asyncio.Future[LinkLostError] | None" = None,
+) -> Checked:
+    """Check the vehicle at the other end of a link.
+
+    Args:
+        order: what to check.
+        link: open already; closed by the caller.
+        tell: told what is set and restored.
+        signing: signs and checks the packets of the link; None for one without a key.
+        lost: done when it is known that the vehicle is gone.
+    """
+    mission = order.config.mission
+    connection = Connection(link, _NoLog(), signing, system_id=mission.link.system_id)
+    if lost is not None:
+        lost.add_done_callback(lambda future: connection.waiting.fail(future.result()))
+    connection.lost_after_s = mission.timeouts.link_lost_s
+    keeping = asyncio.get_running_loop().create_task(connection.housekeeping(lambda text: None))
+    try:
+        return await _check(order, connection, tell)
+    except _CannotGoOnError as error:
+        return Checked((error.finding,), None)
+    except FlightAbortedError as error:
+        return Checked((Finding("link", str(error), Verdict.REFUSAL),), None)
+    finally:
+        keeping.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await keeping
+
+
+async def _check(order: CheckOrder, connection: Connection, tell: Tell) -> Checked:
+    mission = order.config.mission
+    await _connect(order, connection)
+    if order.restore is not None:
+        return await _restore(order.restore, connection, tell)
+    try:
+        await connection.request_streams(mission.state_rate_hz)
+        with contextlib.suppress(FlightAbortedError):
+            await connection.waiting.until(
+                lambda: connection.clock.valid and connection.state is not None,
+                mission.timeouts.connect_s,
+                lambda: "nothing came",
+            )
+        if connection.waiting.failure is not None:
+            raise connection.waiting.failure
+        facts = await gather(connection, _MEASURED_S, all_of_it=True)
+        plan = plan_to_check(order.config, order.trajectory, connection.our_system_id)
+        findings = accepting(judge(facts, plan), mission.preflight.accept)
+        if order.fix_into is not None:
+            findings = await _fix(findings, connection, order.fix_into, tell)
+        return Checked(tuple(findings), facts)
+    finally:
+        with contextlib.suppress(FlightAbortedError):
+            for stream in connection.streams:
+                await connection.exchanges.command(
+                    message_interval(connection.target, int(stream.message_id), 0.0)
+                )
+
+
+async def _connect(order: CheckOrder, connection: Connection) -> None:
+    mission = order.config.mission
+    wait_s = mission.timeouts.connect_s
+    try:
+        await connection.waiting.until(
+            lambda: connection.peers.vehicle is not None, wait_s, lambda: "nothing came"
+        )
+    except LinkLostError:
+        raise
+    except FlightAbortedError as error:
+        remark = connection.admission.remark(vehicle_known=False)
+        raise _CannotGoOnError(
+            Finding(
+                "autopilot",
+                f"no HEARTBEAT of one came over {connection.link_description} within {wait_s:g} s",
+                Verdict.REFUSAL,
+                remark
+                or "Check that the vehicle is on and sends to this address (PX4's onboard link "
+                "sends to UDP port 14540), or give another --connect.",
+            )
+        ) from error
+    vehicle = connection.peers.vehicle
+    assert vehicle is not None
+    if not connection.dialect_known:
+        raise _CannotGoOnError(
+            Finding(
+                "autopilot",
+                f"system {vehicle.system_id} has MAV_AUTOPILOT {vehicle.autopilot}, which the "
+                "companion does not know",
+                Verdict.REFUSAL,
+                "It flies PX4 (12) and ArduPilot (3).",
+            )
+        )
+    if mission.autopilot not in ("auto", connection.dialect.name):
+        raise _CannotGoOnError(
+            Finding(
+                "autopilot",
+                f"it is {connection.dialect.title}, and {mission.autopilot} was asked for",
+                Verdict.REFUSAL,
+                "Give the right --autopilot, or leave it out.",
+            )
+        )
+
+
+async def _fix(
+    findings: list[Finding], connection: Connection, path: Path, tell: Tell
+) -> list[Finding]:
+    """Set what findings would have otherwise; give the findings as they are then."""
+    changes = changes_of(findings)
+    if not changes:
+        return findings
+    try:
+        note_changes(connection, changes, path)
+    except RestoreFileError as error:
+        return [*findings, Finding("--fix", str(error), Verdict.REFUSAL)]
+    problems = await set_parameters(connection, changes, tell)
+    troubles = [Finding("--fix", problem, Verdict.REFUSAL) for problem in problems]
+    if troubles:
+        return [*findings, *troubles]
+    return [
+        finding
+        if finding.change is None
+        else Finding(finding.change.name, f"set: {finding.change}", Verdict.NOTE)
+        for finding in findings
+    ]
+
+
+async def _restore(wanted: RestoreList, connection: Connection, tell: Tell) -> Checked:
+    if (wanted.autopilot, wanted.system_id) != (
+        connection.dialect.name,
+        connection.target.system_id,
+    ):
+        problem = (
+            f"the file is of system {wanted.system_id} ({wanted.autopilot}), this is system "
+            f"{connection.target.system_id} ({connection.dialect.name})"
+        )
+        advice = "Connect to the vehicle that the parameters were set on."
+        return Checked((Finding("--restore", problem, Verdict.REFUSAL, advice),), None)
+    if connection.reports.armed:
+        problem = "the vehicle is armed"
+        return Checked(
+            (Finding("--restore", problem, Verdict.REFUSAL, "Land and disarm first."),), None
+        )
+    problems = await restore_parameters(connection, wanted.changes, tell)
+    names = ", ".join(change.name for change in wanted.changes)
+    found = tuple(Finding("--restore", problem, Verdict.REFUSAL) for problem in problems)
+    return Checked(found or (Finding("--restore", f"done: {names}"),), None, not problems)
