@@ -6,6 +6,7 @@ from pydantic import Field, field_validator, model_validator
 
 from companion.config.base import NonNegative, PerAxis, Positive, Section, Vector
 from companion.config.link_models import LinkConfig
+from companion.config.mocap_models import MocapConfig
 from companion.config.preflight_models import PreflightConfig
 
 
@@ -331,6 +332,9 @@ class MissionConfig(Section):
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
     connect: str | None = Field(default=None, description="Link to a real autopilot.")
     link: LinkConfig = LinkConfig()
+    mocap: MocapConfig | None = Field(
+        default=None, description="Poses from a motion-capture system, for the autopilot."
+    )
     origin: OriginConfig = OriginConfig()
     takeoff_height_m: Annotated[float, Field(ge=0.5, le=20.0)] = Field(
         default=2.5,
