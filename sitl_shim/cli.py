@@ -84,6 +84,10 @@ def run(
         list[str] | None,
         typer.Option(metavar="KIND:PORT:REMOTE", help="A further link: onboard or gcs, ports."),
     ] = None,
+    mocap_port: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, help="Stream the true pose as UDP/JSON to this port."),
+    ] = None,
     bind: Annotated[str, typer.Option(help="Address of the sockets.")] = LOOPBACK,
     parameter: Annotated[
         list[str] | None,
@@ -125,7 +129,11 @@ def run(
             _with_ports(onboard, onboard_port, onboard_remote),
             *(_parse_link(text) for text in extra_link or ()),
         ]
-        asyncio.run(_serve_until_told(options, links, bind, exit_with_parent=exit_with_parent))
+        asyncio.run(
+            _serve_until_told(
+                options, links, bind, exit_with_parent=exit_with_parent, mocap_port=mocap_port
+            )
+        )
     except PortError as error:
         _refuse(error.strerror or str(error))
     except ValueError as error:
@@ -133,7 +141,12 @@ def run(
 
 
 async def _serve_until_told(
-    options: ShimOptions, links: Sequence[UdpLink], host: str, *, exit_with_parent: bool
+    options: ShimOptions,
+    links: Sequence[UdpLink],
+    host: str,
+    *,
+    exit_with_parent: bool,
+    mocap_port: int | None = None,
 ) -> None:
     """Serve until SIGINT, SIGTERM or, if so asked, the end of standard input."""
     loop = asyncio.get_running_loop()
@@ -143,6 +156,7 @@ async def _serve_until_told(
             links,
             host=host,
             ready=lambda bound: _say_ready(options, bound),
+            mocap_port=mocap_port,
             rejected=_say_rejected,
         )
     )

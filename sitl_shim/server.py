@@ -15,6 +15,7 @@ from typing import cast
 from sitl_shim.driver import LoopDriver
 from sitl_shim.mavlink.endpoint import Shim
 from sitl_shim.mavlink.streams import LinkKind
+from sitl_shim.sensors.camera import CameraOptions, MocapCamera
 from sitl_shim.simulation import ShimOptions
 
 GROUND_STATION_PORT, GROUND_STATION_REMOTE = 18570, 14550
@@ -90,6 +91,7 @@ async def serve(
     host: str = LOOPBACK,
     ready: Callable[[Sequence[BoundLink]], None] = lambda _: None,
     rejected: Callable[[Mapping[str, int]], None] = lambda _: None,
+    mocap_port: int | None = None,
 ) -> None:
     """Fly until cancelled, answering over UDP.
 
@@ -98,6 +100,7 @@ async def serve(
         links: the links to open.
         host: address to bind, and to speak to until a client has spoken.
         ready: called once with the open links, before the first datagram leaves.
+        mocap_port: where the room's motion capture sends its poses, on `host`; None: nowhere.
         rejected: called at the end with the packets not read for their signatures, by the reason.
 
     Raises:
@@ -110,12 +113,20 @@ async def serve(
     epoch_unix_s = time.time() - loop.time()
     shim = Shim(options, [link.kind for link in links], unix_s=lambda: epoch_unix_s + loop.time())
     endpoints: list[_Endpoint] = []
-    driver = LoopDriver(
-        shim,
-        speed=options.speed,
-        deliver=lambda index, data: endpoints[index].send(data),
-    )
     async with contextlib.AsyncExitStack() as stack:
+        room = None
+        if mocap_port is not None:
+            cameras, _ = await loop.create_datagram_endpoint(
+                asyncio.DatagramProtocol, remote_addr=(host, mocap_port)
+            )
+            stack.callback(cameras.close)
+            room = (MocapCamera(CameraOptions(), seed=options.seed), cameras.sendto)
+        driver = LoopDriver(
+            shim,
+            speed=options.speed,
+            deliver=lambda index, data: endpoints[index].send(data),
+            room=room,
+        )
         bound: list[BoundLink] = []
         for index, link in enumerate(links):
             remote = (host, link.remote_port)
