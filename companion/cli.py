@@ -22,6 +22,7 @@ class ExitStatus(IntEnum):
 
     LANDED = 0
     NOT_CERTIFIED = 1
+    """Of `check`: warnings, and nothing worse."""
     BAD_INPUT = 2
     REFUSED = 3
     ABORTED = 4
@@ -117,6 +118,14 @@ def fly(
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Simulated time, as fast as the computer can.")
     ] = False,
+    fix: Annotated[
+        bool,
+        typer.Option(
+            "--fix",
+            help="Set the autopilot's parameters that the check before the flight names, and set "
+            "them back after landing.",
+        ),
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the flight's files; by default a new one in flights/."),
@@ -127,6 +136,8 @@ def fly(
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Show every message.")] = False,
 ) -> None:
     """Fly a trajectory: start the shim (or connect), arm, take off, track, land, and report.
+
+    Before arming it checks what `companion check` does; warnings are told, a refusal is final.
 
     Exit status: 0 landed, 2 bad input, 3 refused by a check, 4 aborted safely.
     Ctrl-C lands; a second Ctrl-C hands over to the autopilot at once.
@@ -147,7 +158,7 @@ def fly(
     request = FlyRequest(
         mission_file=mission,
         overrides={key: value for key, value in options.items() if value is not None},
-        settings=tuple(setting or ()),
+        settings=(*(setting or ()), *(("preflight.fix=true",) if fix else ())),
         lockstep=lockstep,
         out=out,
         json_output=json_output,
@@ -173,6 +184,110 @@ def _number_or_text(text: str | None) -> int | str | None:
         return None if text is None else int(text)
     except ValueError:
         return text
+
+
+@app.command()
+def check(
+    connect: Annotated[
+        str | None,
+        typer.Option(
+            help="Check a real autopilot over this link; by default the embedded shim is checked.",
+            metavar="URL",
+        ),
+    ] = None,
+    autopilot: Annotated[
+        str | None, typer.Option(help="Autopilot's kind: auto, px4, ardupilot.", metavar="NAME")
+    ] = None,
+    vehicle: Annotated[
+        str | None, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
+    ] = None,
+    traj: Annotated[
+        str | None, typer.Option(help="Trajectory: 1 … 5, or a CSV or YAML file.", metavar="N|FILE")
+    ] = None,
+    setpoint: Annotated[
+        str | None, typer.Option(help="What would be streamed: attitude, rates.", metavar="NAME")
+    ] = None,
+    mission: Annotated[
+        Path | None, typer.Option(help="Mission as YAML; options win over it.", metavar="FILE")
+    ] = None,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="Set a key of the mission, as for fly. May be repeated.",
+            metavar="KEY=VALUE",
+        ),
+    ] = None,
+    signing_key_file: Annotated[
+        Path | None,
+        typer.Option(help="Sign packets by the key in this file, as for fly.", metavar="FILE"),
+    ] = None,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="Of the embedded shim: in simulated time.")
+    ] = False,
+    fix: Annotated[
+        bool,
+        typer.Option(
+            "--fix", help="Set the parameters that it names, for good, and list what they were."
+        ),
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="That list; by default restore-DATE.json, here.", metavar="FILE"),
+    ] = None,
+    restore: Annotated[
+        Path | None,
+        typer.Option(
+            help="Set the parameters of such a list back, and do nothing else.", metavar="FILE"
+        ),
+    ] = None,
+    json_output: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")
+    ] = False,
+) -> None:
+    """Look a vehicle over before a flight: what was found, and what to do about it.
+
+    It arms nothing, changes no mode, and sets nothing without --fix or --restore.
+
+    Exit status: 0 fine, 1 warnings, 2 bad input, 3 something that a flight would be refused for,
+    4 interrupted.
+    """
+    from companion.check_command import BadInputError, CheckRequest, run_check
+
+    options = {
+        "trajectory": None if traj is None else _number_or_text(traj),
+        "vehicle": vehicle,
+        "autopilot": autopilot,
+        "setpoint": setpoint,
+        "connect": connect,
+    }
+    request = CheckRequest(
+        mission_file=mission,
+        overrides={key: value for key, value in options.items() if value is not None},
+        settings=tuple(setting or ()),
+        lockstep=lockstep,
+        fix=fix,
+        restore=restore,
+        out=out,
+        json_output=json_output,
+        signing_key_file=signing_key_file,
+    )
+    try:
+        verdict = run_check(request)
+    except BadInputError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+    except KeyboardInterrupt as error:
+        typer.echo("interrupted", err=True)
+        raise typer.Exit(ExitStatus.ABORTED) from error
+    raise typer.Exit(
+        {
+            "ok": ExitStatus.LANDED,
+            "note": ExitStatus.LANDED,
+            "warning": ExitStatus.NOT_CERTIFIED,
+            "refusal": ExitStatus.REFUSED,
+        }[verdict]
+    )
 
 
 @app.command()

@@ -9,7 +9,7 @@ from companion.flight.parameters import Parameters
 from companion.mavlink.dialect import Message
 from companion.mavlink.exchange import Patience
 from companion.mavlink.message_request import request_message
-from companion.mavlink.messages import MessageId
+from companion.mavlink.messages import COMPONENT_TRUTH, MessageId
 from companion.preflight.facts import (
     BatteryFacts,
     EstimatorFacts,
@@ -99,7 +99,7 @@ def _identity(connection: Connection, version: Message | None) -> Identity:
         other_senders=tuple(
             f"system {p.system_id}, component {p.component_id}"
             for key, p in sorted(connection.peers.peers.items())
-            if key not in known
+            if key not in known and p.component_id != COMPONENT_TRUTH
         ),
     )
 
