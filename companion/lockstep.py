@@ -198,7 +198,7 @@ async def _embedded(
                 speed=options.speed,
                 sensors=options.sensors,
                 parameters=dict(options.parameters),
-                **({} if options.boot_scale == 1.0 else {"boot_scale": options.boot_scale}),
+                boot_scale=options.boot_scale,
                 signing_key=options.signing_key,
                 airborne_at_enu_m=airborne_at_enu_m,
             ),
