@@ -46,7 +46,7 @@ def run(
         str, typer.Option(help=f"Flavour of the autopilot: {', '.join(flavours())}.")
     ] = "px4",
     vehicle: Annotated[
-        str, typer.Option(help="Vehicle: bebop2, x500, sih_quadx, or a YAML file.")
+        str, typer.Option(help="Vehicle: bebop2, x500, sih_quadx, arducopter, or a YAML file.")
     ] = "bebop2",
     scenario: Annotated[
         str,
@@ -63,6 +63,10 @@ def run(
     seed: Annotated[int, typer.Option(min=0, help="Draws everything that is random.")] = 0,
     speed: Annotated[
         float, typer.Option(min=0.01, max=100.0, help="Simulated seconds per second.")
+    ] = 1.0,
+    boot_scale: Annotated[
+        float,
+        typer.Option(min=0.01, max=10.0, help="Stretches ArduPilot's boot: 40 s to a position."),
     ] = 1.0,
     system_id: Annotated[int, typer.Option(min=1, max=250, help="MAVLink system id.")] = 1,
     instance: Annotated[
@@ -120,6 +124,7 @@ def run(
             seed=seed,
             system_id=system_id,
             speed=speed,
+            boot_scale=boot_scale,
             parameters=dict(_parse_parameter(text) for text in parameter or ()),
             signing_key=signing_key(signing_key_file, os.environ),
         )

@@ -15,6 +15,7 @@ from sitl_shim.plant.vehicle import VehicleModel, load_vehicle
 from sitl_shim.sensors.aided_estimator import AidedEstimator
 from sitl_shim.sensors.aiding import ExternalPose
 from sitl_shim.sensors.estimator import Estimate
+from sitl_shim.sensors.heading_error import turned
 from sitl_shim.sensors.profile import load_profile
 from sitl_shim.wind import Scenario, load_scenario, make_wind, scenario_path
 
@@ -41,6 +42,8 @@ class ShimOptions:
     """Begin booted, armed and holding there, instead of standing at the origin."""
     parameters: dict[str, float] = field(default_factory=dict)
     """Autopilot parameters that differ from the vehicle's, by name."""
+    boot_scale: float = 1.0
+    """The times of ArduPilot's long boot (40 s to a position) are multiplied by it."""
     truth: bool = True
     """Whether the simulator's truth is streamed (from component 240) on the onboard link."""
     signing_key: bytes | None = field(default=None, repr=False)
@@ -49,11 +52,14 @@ class ShimOptions:
 
 @dataclass(frozen=True, slots=True)
 class GlobalOrigin:
-    """Where on Earth the local frame's origin is."""
+    """Where on Earth the local frame's origin is: by default where PX4's simulation begins."""
 
     latitude_deg: float = 47.3977418
     longitude_deg: float = 8.5455938
     altitude_amsl_m: float = 489.4
+
+
+_ORIGINS = {"ardupilot": GlobalOrigin(-35.3632610, 149.1652299, 584.09)}
 
 
 class Simulation:
@@ -83,14 +89,15 @@ class Simulation:
         own = self.vehicle.sensor_profile
         profile = load_profile(own if options.sensors is None else options.sensors)
         self._estimator = AidedEstimator(profile, self.vehicle, seed=options.seed)
-        self.origin = GlobalOrigin()
+        self.origin = _ORIGINS.get(options.autopilot, GlobalOrigin())
         self.autopilot: Autopilot = make_autopilot(
             options.autopilot,
-            self.vehicle.autopilot_parameters | options.parameters,
+            self.vehicle.parameters_of(options.autopilot) | options.parameters,
             seed=options.seed,
             origin_altitude_amsl_m=self.origin.altitude_amsl_m,
             airborne=airborne is not None,
             speed=options.speed,
+            boot_scale=options.boot_scale,
         )
         self._flavour = options.autopilot
         self._revision = -1
@@ -99,7 +106,7 @@ class Simulation:
         """Time since boot, µs: a multiple of 4000."""
         self.state: PlantState = self._plant.state
         """The truth now."""
-        self.estimate: Estimate = self._estimator.update(self.state)
+        self.estimate: Estimate = self._estimate()
         """What the autopilot believes now."""
         self._commands = self.autopilot.step(0, self.estimate)
 
@@ -114,7 +121,12 @@ class Simulation:
         self.state = self._plant.step(self._commands)
         if self.autopilot.parameters.revision != self._revision:
             self._tell_estimator()
-        self.estimate = self._estimator.update(self.state)
+        self.estimate = self._estimate()
+
+    def _estimate(self) -> Estimate:
+        estimate = self._estimator.update(self.state)
+        error_rad = self.autopilot.estimator.yaw_error_rad
+        return estimate if error_rad == 0.0 else turned(estimate, error_rad)
 
     def receive_pose(self, pose: ExternalPose) -> None:
         """Take a pose that was measured from outside."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
+from sitl_shim.autopilot.ardupilot.autopilot import ArduCopter
 from sitl_shim.autopilot.interface import Autopilot
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4.autopilot import Px4Autopilot
@@ -17,6 +18,7 @@ def _make_px4(
     origin_altitude_amsl_m: float,
     airborne: bool,
     speed: float,
+    boot_scale: float,
 ) -> Autopilot:
     return Px4Autopilot(
         scale_timeouts(overrides, speed),
@@ -26,7 +28,28 @@ def _make_px4(
     )
 
 
-_FLAVOURS: dict[str, Callable[..., Autopilot]] = {"px4": _make_px4}
+def _make_ardupilot(
+    overrides: Mapping[str, float],
+    *,
+    seed: int,
+    origin_altitude_amsl_m: float,
+    airborne: bool,
+    speed: float,
+    boot_scale: float,
+) -> Autopilot:
+    return ArduCopter(
+        {"SIM_SPEEDUP": speed, **overrides},
+        seed=seed,
+        origin_altitude_amsl_m=origin_altitude_amsl_m,
+        airborne=airborne,
+        boot_scale=boot_scale,
+    )
+
+
+_FLAVOURS: dict[str, Callable[..., Autopilot]] = {
+    "px4": _make_px4,
+    "ardupilot": _make_ardupilot,
+}
 
 
 def aiding_of(flavour: str, parameters: ParameterStore) -> Aiding:
@@ -47,6 +70,7 @@ def make_autopilot(
     origin_altitude_amsl_m: float,
     airborne: bool,
     speed: float,
+    boot_scale: float,
 ) -> Autopilot:
     """Make an autopilot of a flavour.
 
@@ -58,6 +82,7 @@ def make_autopilot(
         airborne: begin booted, armed and holding in the air.
         speed: simulated seconds per second of a client's clock; time-outs that wait for a
             client stretch with it.
+        boot_scale: the times of the boot are multiplied by it, where the flavour's is long.
 
     Raises:
         ValueError: there is no such flavour, or no such parameter.
@@ -71,4 +96,5 @@ def make_autopilot(
         origin_altitude_amsl_m=origin_altitude_amsl_m,
         airborne=airborne,
         speed=speed,
+        boot_scale=boot_scale,
     )

@@ -6,21 +6,22 @@ https://mavlink.io/en/services/command.html
 import math
 from collections.abc import Iterator
 
-from sitl_shim.autopilot.interface import Command
+from sitl_shim.autopilot.interface import Command, StatusText
 from sitl_shim.mavlink import messages_status as status
-from sitl_shim.mavlink.streams import (
-    AVAILABLE_MODES_ID,
-    REQUESTABLE,
-    TRUTH_BUILDERS,
-    StreamSet,
-)
+from sitl_shim.mavlink.link import Link
+from sitl_shim.mavlink.personality import Personality
+from sitl_shim.mavlink.statustext import status_messages
+from sitl_shim.mavlink.streams import AVAILABLE_MODES_ID, TRUTH_BUILDERS, StreamSet
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
 
 ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
+_INFO = 6
 _GET_INTERVAL, _SET_INTERVAL, _REQUEST_MESSAGE = 510, 511, 512
 _REQUEST_PROTOCOL, _REQUEST_CAPABILITIES = 519, 520
 _STOP, _RESTORE = -1, 0
+_VERSION_ID: int = dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+_PROTOCOL_ID = 300
 _LONGEST_US = 2**31 - 1
 """What MESSAGE_INTERVAL can say."""
 _NEVER_US = 1e12
@@ -47,29 +48,28 @@ def acknowledgement(request: Message, result: int) -> Message:
 
 
 def handle_link_command(
-    command: Command, streams: StreamSet, sim: Simulation
+    command: Command, link: Link, sim: Simulation
 ) -> tuple[list[Message], int] | None:
     """Commands about messages, which concern only the link that they came by.
 
     Returns:
-        What to send before the acknowledgement, and its result; None if the command is not one
+        What to send beside the acknowledgement, and its result; None if the command is not one
         of these.
     """
+    streams, personality = link.streams, link.personality
     kind, wanted = command.command, _whole(command.parameters[0])
     if kind == _SET_INTERVAL:
-        interval_us = _interval_us(command.parameters[1])
-        known = streams.set_interval(wanted, interval_us, sim.time_us)
-        return [], ACCEPTED if known else FAILED
+        return _set_interval(wanted, command.parameters[1], link, sim)
     if kind == _GET_INTERVAL:
         interval = streams.interval_us(wanted)
         if interval is None:
             return [dialect.MAVLink_message_interval_message(wanted & 0xFFFF, 0)], ACCEPTED
         return [dialect.MAVLink_message_interval_message(wanted, interval)], ACCEPTED
     if kind == _REQUEST_MESSAGE:
-        return _request(wanted, _whole(command.parameters[1]), sim)
+        return _request(wanted, _whole(command.parameters[1]), personality, sim)
     if kind == _REQUEST_CAPABILITIES and wanted == 1:
-        return [status.autopilot_version(sim)], ACCEPTED
-    if kind == _REQUEST_PROTOCOL and wanted == 1:
+        return _request(_VERSION_ID, 0, personality, sim)
+    if kind == _REQUEST_PROTOCOL and wanted == 1 and _PROTOCOL_ID in personality.requestable:
         return [status.protocol_version(sim)], ACCEPTED
     return None
 
@@ -89,13 +89,34 @@ def handle_truth_command(
     return [], UNSUPPORTED
 
 
-def _request(wanted: int, index: int, sim: Simulation) -> tuple[list[Message], int]:
+def _set_interval(
+    wanted: int, asked_us: float, link: Link, sim: Simulation
+) -> tuple[list[Message], int]:
+    personality = link.personality
+    interval_us = _interval_us(asked_us)
+    if interval_us > 0:
+        step_us = personality.interval_step_us
+        interval_us = interval_us // step_us * step_us
+        if interval_us < personality.shortest_interval_us:
+            return [], DENIED
+    if link.streams.set_interval(wanted, interval_us, sim.time_us):
+        return [], ACCEPTED
+    texts: list[Message] = []
+    if personality.says_unknown_message:
+        text = StatusText(_INFO, f"No ap_message for mavlink id ({wanted})")
+        texts = list(status_messages(text, 0))
+    return texts, personality.unknown_interval_result
+
+
+def _request(
+    wanted: int, index: int, personality: Personality, sim: Simulation
+) -> tuple[list[Message], int]:
     if wanted == AVAILABLE_MODES_ID:
         rows = list(_mode_rows(index, sim))
         return rows, ACCEPTED if rows else DENIED
-    builder = REQUESTABLE.get(wanted)
+    builder = personality.requestable.get(wanted)
     if builder is None:
-        return [], DENIED
+        return [], personality.unknown_request_result
     message = builder(sim)
     # Something that exists but has nothing to say yet is acknowledged all the same.
     return ([] if message is None else [message]), ACCEPTED

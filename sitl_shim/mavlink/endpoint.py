@@ -4,6 +4,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from sitl_shim.autopilot.interface import AttitudeTarget, Command
 from sitl_shim.frames import attitude_from_wire, swap_flu_frd
 from sitl_shim.mavlink.commands import (
@@ -15,11 +17,12 @@ from sitl_shim.mavlink.commands import (
 )
 from sitl_shim.mavlink.link import AUTOPILOT_COMPONENT_ID, Link
 from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
+from sitl_shim.mavlink.personality import personality_of
 from sitl_shim.mavlink.services.context import Context
 from sitl_shim.mavlink.services.dispatcher import Services
 from sitl_shim.mavlink.signing import ACCEPTED_UNSIGNED, Signing
 from sitl_shim.mavlink.statustext import status_messages
-from sitl_shim.mavlink.streams import LISTENS_FROM_US, LinkKind
+from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.mavlink.wire import Message
 from sitl_shim.simulation import ShimOptions, Simulation
 
@@ -27,6 +30,8 @@ _GROUND_STATION = 6
 """MAV_TYPE_GCS."""
 _BOOT_UNIX_S = 1_577_836_800.0
 """2020-01-01: when simulated time begins, where nobody says so."""
+_SEED_STREAM = 5
+"""Beside those of plant, wind, estimator and commander."""
 
 
 class Datagram(NamedTuple):
@@ -68,14 +73,19 @@ class Shim:
             ACCEPTED_UNSIGNED[options.autopilot],
         )
         self._system_id = options.system_id
+        self.personality = personality_of(options.autopilot)
         self._links = [
             Link(
                 kind,
+                self.personality,
                 system_id=options.system_id,
                 truth=options.truth and kind is LinkKind.ONBOARD,
                 estimate_interval_us=self.simulation.autopilot.estimate_interval_us,
+                random=np.random.default_rng(
+                    np.random.SeedSequence(options.seed, spawn_key=(_SEED_STREAM, index))
+                ),
             )
-            for kind in links
+            for index, kind in enumerate(links)
         ]
         self._services = Services(
             Context(self.simulation, self._links, options.system_id, self.signing)
@@ -115,26 +125,32 @@ class Shim:
 
     def _collect(self) -> list[Datagram]:
         sim = self.simulation
-        if sim.time_us < LISTENS_FROM_US:
+        if sim.time_us < self.personality.listens_from_us:
             sim.autopilot.take_texts()
             return []
         due_s = sim.time_us / 1e6 + self._telemetry_delay_s
+        self._send_announcements()
         self._send_texts()
         self._services.step(sim.time_us)
         datagrams: list[Datagram] = []
         for index, link in enumerate(self._links):
             link.stream(sim)
-            if link.outgoing:
-                datagrams += [Datagram(due_s, index, frame) for frame in link.outgoing]
-                link.outgoing = []
+            datagrams += [Datagram(due_s, index, frame) for frame in link.take(sim.time_us)]
         return datagrams
+
+    def _send_announcements(self) -> None:
+        for announcement in self.simulation.autopilot.take_announcements():
+            message = self.personality.announcements[announcement](self.simulation)
+            for link in self._links:
+                if message is not None:
+                    link.send(message)
 
     def _send_texts(self) -> None:
         now_us = self.simulation.time_us
         for text in self.simulation.autopilot.take_texts():
             for message in status_messages(text, self._text_id):
                 for link in self._links:
-                    if link.has_ground_station(now_us):
+                    if link.carries_texts(now_us):
                         link.send(message)
             self._text_id = (self._text_id + 1) & 0xFFFF
 
@@ -142,7 +158,7 @@ class Shim:
 
     def _deliver(self, index: int, data: bytes) -> None:
         link = self._links[index]
-        booting = self.simulation.time_us < LISTENS_FROM_US
+        booting = self.simulation.time_us < self.personality.listens_from_us
         for message in link.parser.parse(data):
             if not booting and self.signing.admits(message):
                 self._handle(index, link, message)
@@ -152,7 +168,11 @@ class Shim:
         if name == "SET_ATTITUDE_TARGET":  # by far the most frequent
             if self._is_for(message, AUTOPILOT_COMPONENT_ID, any_system=True):
                 self.simulation.autopilot.receive_attitude_target(_attitude_target(message))
+        elif name == "REQUEST_DATA_STREAM":
+            if self._is_for(message, AUTOPILOT_COMPONENT_ID):
+                self._request_group(link, message)
         elif name == "HEARTBEAT":
+            self.simulation.autopilot.receive_heartbeat(message.get_srcSystem())
             if message.type == _GROUND_STATION:
                 link.note_ground_station(self.simulation.time_us)
             self._forward(index, message)
@@ -180,10 +200,12 @@ class Shim:
             return
         if message.target_component not in (0, AUTOPILOT_COMPONENT_ID):
             return
-        answer = handle_link_command(command, link.streams, sim)
+        answer = handle_link_command(command, link, sim)
         if answer is not None:
             replies, result = answer
-            for reply in (*replies, acknowledgement(message, result)):
+            ack = acknowledgement(message, result)
+            first = self.personality.message_before_acknowledgement
+            for reply in (*replies, ack) if first else (ack, *replies):
                 link.send(reply)
             return
         self._commands.append((link, message, command))
@@ -200,6 +222,18 @@ class Shim:
                 due_us = sim.time_us + ack.delay_us
                 link.send_later(acknowledgement(message, ack.result), due_us)
         self._commands = []
+
+    def _request_group(self, link: Link, message: Message) -> None:
+        """REQUEST_DATA_STREAM: the rate of a whole group of messages."""
+        groups = self.personality.legacy_groups
+        if groups is None:
+            return
+        wanted = groups if message.req_stream_id == 0 else (message.req_stream_id,)
+        rate_hz = message.req_message_rate if message.start_stop else 0
+        interval_us = 1_000_000 // rate_hz if rate_hz else -1
+        for group in wanted:
+            for message_id in groups.get(group, ()):
+                link.streams.set_interval(message_id, interval_us, self.simulation.time_us)
 
     def _forward(self, index: int, message: Message) -> None:
         """Pass a heartbeat on to the other links, as PX4 does with what is for everybody."""

@@ -2,22 +2,19 @@
 
 from collections import deque
 
+import numpy as np
+
 from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
+from sitl_shim.mavlink.personality import Personality
 from sitl_shim.mavlink.signing import Signing
-from sitl_shim.mavlink.streams import (
-    BUILDERS,
-    HEARTBEAT_ID,
-    RATES_HZ,
-    TRUTH_BUILDERS,
-    TRUTH_RATES_HZ,
-    LinkKind,
-    StreamSet,
-)
+from sitl_shim.mavlink.streams import TRUTH_BUILDERS, TRUTH_RATES_HZ, LinkKind, StreamSet
 from sitl_shim.mavlink.wire import Message, Packer, Parser
 from sitl_shim.simulation import Simulation
 
 AUTOPILOT_COMPONENT_ID = 1
 _GROUND_STATION_TIMEOUT_US = 5_000_000
+_DRAWS = 1024
+"""Random numbers drawn at a time."""
 
 
 class Link:
@@ -25,33 +22,56 @@ class Link:
 
     Args:
         kind: decides the rates to start with.
+        personality: manners of the flavour.
         system_id: of the vehicle.
         truth: whether the simulator's truth is streamed here.
         estimate_interval_us: how often the autopilot's estimator publishes.
+        random: draws which ticks let messages leave, where the flavour sends in bursts.
     """
 
     __slots__ = (
         "_autopilot",
+        "_draws",
         "_ground_station_us",
+        "_held_since_us",
         "_late",
+        "_random",
         "_truth",
         "kind",
         "outgoing",
         "parser",
+        "personality",
         "streams",
         "truth_streams",
     )
 
     def __init__(
-        self, kind: LinkKind, *, system_id: int, truth: bool, estimate_interval_us: int
+        self,
+        kind: LinkKind,
+        personality: Personality,
+        *,
+        system_id: int,
+        truth: bool,
+        estimate_interval_us: int,
+        random: np.random.Generator,
     ) -> None:
         self.kind = kind
+        self.personality = personality
         self.parser = Parser()
         self.streams = StreamSet(
-            BUILDERS, RATES_HZ[kind], estimate_interval_us, fixed=frozenset({HEARTBEAT_ID})
+            personality.builders,
+            personality.rates_hz[kind],
+            estimate_interval_us,
+            grid_origin_us=personality.grid_origin_us,
+            begin_us=personality.listens_from_us,
+            fixed=personality.fixed_rates,
         )
         self.truth_streams = StreamSet(
-            TRUTH_BUILDERS, TRUTH_RATES_HZ if truth else {}, estimate_interval_us
+            TRUTH_BUILDERS,
+            TRUTH_RATES_HZ if truth else {},
+            estimate_interval_us,
+            grid_origin_us=personality.grid_origin_us,
+            begin_us=personality.listens_from_us,
         )
         self.outgoing: list[bytes] = []
         """Frames that leave at this tick."""
@@ -59,6 +79,9 @@ class Link:
         self._truth = Packer(system_id, TRUTH_COMPONENT_ID)
         self._late: deque[tuple[int, Message]] = deque()
         self._ground_station_us: int | None = None
+        self._random = random
+        self._draws: list[float] = []
+        self._held_since_us: int | None = None
 
     def sign(self, signing: Signing, link_id: int) -> None:
         """Sign what leaves, or no more, as the vehicle has a key or none."""
@@ -81,8 +104,33 @@ class Link:
         """A ground station's heartbeat came by this link."""
         self._ground_station_us = now_us
 
-    def has_ground_station(self, now_us: int) -> bool:
-        """Whether a ground station is on this link: only then it carries texts."""
+    def carries_texts(self, now_us: int) -> bool:
+        """Whether texts are sent here: always, or only while a ground station is heard."""
+        return self.personality.texts_to_every_link or self._has_ground_station(now_us)
+
+    def take(self, now_us: int) -> list[bytes]:
+        """The frames that leave at this tick: all that is queued, or none of it."""
+        frames = self.outgoing
+        if not frames or self._holds(now_us):
+            return []
+        self.outgoing = []
+        return frames
+
+    def _holds(self, now_us: int) -> bool:
+        """Whether what is queued waits for a later tick, as the flavour's bursts have it."""
+        share = self.personality.held_share
+        if share == 0.0:
+            return False
+        if not self._draws:
+            self._draws = self._random.random(_DRAWS).tolist()
+        since = now_us if self._held_since_us is None else self._held_since_us
+        if self._draws.pop() < share and now_us - since < self.personality.longest_held_us:
+            self._held_since_us = since
+            return True
+        self._held_since_us = None
+        return False
+
+    def _has_ground_station(self, now_us: int) -> bool:
         since = self._ground_station_us
         return since is not None and now_us - since < _GROUND_STATION_TIMEOUT_US
 

@@ -139,10 +139,6 @@ RATES_HZ: dict[LinkKind, Mapping[int, float]] = {
 }
 """Rates at which each kind of link starts, by message id."""
 
-LISTENS_FROM_US = 440_000
-"""Boot time from which PX4 answers and streams."""
-_GRID_ORIGIN_US = 200_000
-"""Due times are whole intervals from here: PX4's first heartbeat comes 1.2 s after boot."""
 _EVERY_TICK_US = 4_000
 _SLOW_IDS = frozenset(
     {
@@ -162,6 +158,8 @@ class StreamSet:
         builders: messages that exist, in the order in which they leave.
         rates_hz: those that stream from the start.
         estimate_interval_us: how often the estimator publishes.
+        grid_origin_us: due times are whole intervals from here.
+        begin_us: nothing is due before.
         fixed: messages whose rate nobody may change.
     """
 
@@ -171,6 +169,7 @@ class StreamSet:
         "_defaults",
         "_estimate_interval_us",
         "_fixed",
+        "_grid_origin_us",
         "_intervals",
         "_next_us",
     )
@@ -180,16 +179,20 @@ class StreamSet:
         builders: Mapping[int, Builder],
         rates_hz: Mapping[int, float],
         estimate_interval_us: int,
+        *,
+        grid_origin_us: int,
+        begin_us: int,
         fixed: frozenset[int] = frozenset(),
     ) -> None:
         self._builders = builders
         self._defaults = {key: round(1e6 / rate) for key, rate in rates_hz.items()}
         self._estimate_interval_us = estimate_interval_us
         self._fixed = fixed
+        self._grid_origin_us = grid_origin_us
         self._intervals = dict(self._defaults)
         self._active: list[list[int]] = []
         self._next_us = 0
-        self._schedule(LISTENS_FROM_US)
+        self._schedule(begin_us)
 
     def interval_us(self, message_id: int) -> int | None:
         """The interval asked for; -1 when stopped, None for a message that is no stream."""
@@ -223,7 +226,7 @@ class StreamSet:
                 ready.append(builders[message_id])
                 due_us += interval_us
                 if due_us <= now_us:  # ticks were skipped: do not send in bursts
-                    due_us = _next_on_grid(now_us, interval_us)
+                    due_us = self._next_on_grid(now_us, interval_us)
                 entry[2] = due_us
             next_us = min(next_us, due_us)
         self._next_us = next_us
@@ -236,10 +239,10 @@ class StreamSet:
             if asked is not None:
                 slow = message_id in _SLOW_IDS
                 interval = max(asked, self._estimate_interval_us if slow else _EVERY_TICK_US)
-                self._active.append([message_id, interval, _next_on_grid(now_us, interval)])
+                self._active.append([message_id, interval, self._next_on_grid(now_us, interval)])
         self._next_us = min((entry[2] for entry in self._active), default=now_us + 60_000_000)
 
-
-def _next_on_grid(now_us: int, interval_us: int) -> int:
-    steps = (now_us - _GRID_ORIGIN_US) // interval_us + 1
-    return _GRID_ORIGIN_US + steps * interval_us
+    def _next_on_grid(self, now_us: int, interval_us: int) -> int:
+        origin_us = self._grid_origin_us
+        steps = (now_us - origin_us) // interval_us + 1
+        return origin_us + steps * interval_us

@@ -113,8 +113,10 @@ class VehicleModel(DataModel):
     battery: Battery
     ground_contact: GroundContact
     spread: Spread
-    autopilot_parameters: dict[str, float]
+    autopilot_parameters: dict[str, float] = Field(default_factory=dict)
     """Values of PX4 parameters that this airframe sets."""
+    ardupilot_parameters: dict[str, float] = Field(default_factory=dict)
+    """Values of ArduPilot parameters that this airframe sets."""
     sensor_profile: str
     """Name of the sensor profile that it flies with by default."""
     telemetry_delay_s: NotNegative
@@ -130,6 +132,11 @@ class VehicleModel(DataModel):
                 f"four rotors of {self.propulsion.max_thrust_n} N cannot lift {weight_n:.1f} N"
             )
         return self
+
+    def parameters_of(self, autopilot: str) -> dict[str, float]:
+        """Parameters that the airframe sets under a flavour."""
+        ardupilot = autopilot == "ardupilot"
+        return self.ardupilot_parameters if ardupilot else self.autopilot_parameters
 
     @property
     def hover_signal(self) -> float:

@@ -1,0 +1,280 @@
+"""ArduCopter whole: boot, commander, GUIDED and the control cascades, stepped every 4 ms."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from sitl_shim.autopilot.ardupilot import modes
+from sitl_shim.autopilot.ardupilot.boot import HOME_S, YAW_ERROR_RAD, Boot
+from sitl_shim.autopilot.ardupilot.commander import (
+    CMD_TAKEOFF,
+    FAILED,
+    Commander,
+    acknowledge,
+)
+from sitl_shim.autopilot.ardupilot.flight_control import FlightControl
+from sitl_shim.autopilot.ardupilot.guided import Guided
+from sitl_shim.autopilot.ardupilot.modes import Mode
+from sitl_shim.autopilot.ardupilot.motors import STOPPED
+from sitl_shim.autopilot.ardupilot.parameters import make_parameters
+from sitl_shim.autopilot.interface import (
+    TICK_US,
+    Acknowledgement,
+    Announcement,
+    AttitudeTarget,
+    Command,
+    EstimatorState,
+    Event,
+    Heartbeat,
+    ModeInfo,
+    Motion,
+    PositionSetpoint,
+    PositionTarget,
+    RotorCommands,
+    SensorHealth,
+    StatusText,
+)
+from sitl_shim.autopilot.mission_plan import MissionPlan
+from sitl_shim.frames import Quaternion, Vector3
+
+_QUADROTOR, _ARDUPILOT = 2, 3
+_ON_GROUND, _IN_AIR, _TAKEOFF, _LANDING = 1, 2, 3, 4
+_ALIGNS_AFTER_US = 2_750_000
+"""In the air: then the estimator is sure of its heading."""
+
+
+class ArduCopter:
+    """One ArduCopter.
+
+    Args:
+        overrides: parameters that the vehicle or the user sets, by name.
+        seed: of what differs from boot to boot.
+        origin_altitude_amsl_m: altitude of the local frame's origin.
+        airborne: begin booted, armed and holding in the air.
+        boot_scale: times of the boot are multiplied by it.
+
+    Raises:
+        ParameterError: an override that does not exist or is out of range.
+    """
+
+    def __init__(
+        self,
+        overrides: Mapping[str, float],
+        *,
+        seed: int,
+        origin_altitude_amsl_m: float,
+        airborne: bool,
+        boot_scale: float,
+    ) -> None:
+        self.parameters = make_parameters(overrides)
+        self.mission = MissionPlan()
+        self._revision = self.parameters.revision
+        self._boot = Boot(
+            scale=boot_scale,
+            seed=seed,
+            airborne=airborne,
+            elevation_m=origin_altitude_amsl_m,
+        )
+        self._commander = Commander(self.parameters, self._boot, airborne=airborne)
+        self._guided = Guided()
+        self._control = FlightControl(self.parameters, self._guided, airborne=airborne)
+        self.estimate_interval_us = TICK_US
+        """How often its estimator publishes, µs."""
+        self._time_us = 0
+        self._was_armed = airborne
+        self._home: Vector3 | None = None
+        self._home_attitude: Quaternion = (1.0, 0.0, 0.0, 0.0)
+        self._commands = STOPPED
+        self._left_ground_us: int | None = None
+        self._height_m = 0.0
+
+    # --- what comes in ---
+
+    def receive_command(self, command: Command) -> Sequence[Acknowledgement] | None:
+        """Carry out a command; None if ArduCopter does not know it here."""
+        if command.command == CMD_TAKEOFF:
+            return acknowledge(self._take_off(command))
+        return self._commander.receive(command)
+
+    def _take_off(self, command: Command) -> int:
+        """Only armed, on the ground, in GUIDED, upwards."""
+        height_m = command.parameters[6]
+        home = self._home
+        can = (
+            self._commander.mode is Mode.GUIDED
+            and self._commander.armed
+            and self._control.landed
+            and home is not None
+            and math.isfinite(height_m)
+        )
+        if not can or home is None or home[2] + height_m <= self._height_m:
+            return FAILED
+        self._guided.take_off(home[2] + height_m)
+        return 0
+
+    def receive_attitude_target(self, target: AttitudeTarget) -> None:
+        """Take a setpoint; outside of GUIDED it is ignored in silence."""
+        if self._commander.mode.is_guided:
+            self._guided.receive_attitude(target, self._time_us, self.parameters)
+
+    def receive_position_setpoint(self, setpoint: PositionSetpoint) -> None:
+        """Take a setpoint for the position controller, in GUIDED."""
+        if self._commander.mode is Mode.GUIDED:
+            self._guided.receive_position(setpoint, self._time_us)
+
+    def receive_heartbeat(self, system_id: int) -> None:
+        """The ground station is the one of MAV_GCS_SYSID."""
+        if system_id == self.parameters["MAV_GCS_SYSID"]:
+            self._commander.heard_ground_station()
+
+    # --- the run of time ---
+
+    def step(self, time_us: int, motion: Motion) -> RotorCommands:
+        """Run one period of 4 ms and return the rotors' signals, 0 to 1."""
+        self._time_us = time_us
+        control, commander = self._control, self._commander
+        if self.parameters.revision != self._revision:
+            self._revision = self.parameters.revision
+            control.configure()
+        commander.step(time_us, control.situation(commander.mode, armed=commander.armed))
+        self._height_m = motion.position_enu_m[2]
+        armed = commander.armed
+        if armed and not self._was_armed:
+            control.arm(time_us)
+            self._set_home(motion)
+        elif self._was_armed and not armed:
+            control.disarm()
+            self._keep_learned_hover()
+        self._was_armed = armed
+        if self._home is None and self._boot.passed(time_us, HOME_S):
+            self._set_home(motion)
+        if armed:
+            home = self._home or (0.0, 0.0, 0.0)
+            self._commands = control.fly(time_us, motion, commander.mode, home)
+        else:
+            self._commands = STOPPED
+            control.stand_by(motion)
+        self._align_yaw_in_flight(time_us)
+        return self._commands
+
+    def _set_home(self, motion: Motion) -> None:
+        x, y, z = motion.position_enu_m
+        self._home = (x, y, z if self._control.landed else 0.0)
+        self._home_attitude = motion.attitude_flu_to_enu
+
+    def _keep_learned_hover(self) -> None:
+        if self.parameters["MOT_HOVER_LEARN"] == 2.0:
+            self.parameters.set("MOT_THST_HOVER", self._control.motors.hover)
+            self._revision = self.parameters.revision
+
+    def _align_yaw_in_flight(self, time_us: int) -> None:
+        if self._control.landed or self._boot.estimator.yaw_error_rad == 0.0:
+            self._left_ground_us = None
+            return
+        if self._left_ground_us is None:
+            self._left_ground_us = time_us
+        if time_us - self._left_ground_us >= _ALIGNS_AFTER_US:
+            self._commander.align_yaw()
+            half = -0.5 * YAW_ERROR_RAD
+            self._control.attitude.turn((math.cos(half), 0.0, 0.0, math.sin(half)))
+
+    # --- what others see ---
+
+    def take_texts(self) -> Sequence[StatusText]:
+        """Texts since the last call."""
+        return self._commander.take_texts()
+
+    def take_events(self) -> Sequence[Event]:
+        """ArduPilot has no events interface."""
+        return ()
+
+    def take_announcements(self) -> Sequence[Announcement]:
+        """Messages to be sent on all links, since the last call."""
+        return self._commander.take_announcements()
+
+    @property
+    def estimator(self) -> EstimatorState:
+        """How far the estimator has got."""
+        return self._boot.estimator
+
+    @property
+    def heartbeat(self) -> Heartbeat:
+        """Contents of HEARTBEAT."""
+        commander = self._commander
+        return Heartbeat(
+            vehicle_type=_QUADROTOR,
+            autopilot=_ARDUPILOT,
+            base_mode=modes.base_mode(
+                armed=commander.armed, position_controlled=commander.base_shows_position
+            ),
+            custom_mode=commander.mode.value,
+            system_status=commander.system_status,
+        )
+
+    @property
+    def intended_custom_mode(self) -> int:
+        """ArduPilot does not tell what was intended: what flies."""
+        return self._commander.mode.value
+
+    @property
+    def standard_mode(self) -> int:
+        """MAV_STANDARD_MODE of what flies."""
+        return modes.standard_mode(self._commander.mode)
+
+    @property
+    def available_modes(self) -> Sequence[ModeInfo]:
+        """Rows of AVAILABLE_MODES."""
+        return modes.AVAILABLE_MODES
+
+    @property
+    def sensor_health(self) -> SensorHealth:
+        """The bit sets of SYS_STATUS."""
+        return self._commander.sensor_health
+
+    @property
+    def landed_state(self) -> int:
+        """MAV_LANDED_STATE."""
+        if self._control.landed:
+            return _ON_GROUND
+        if self._control.takeoff_running:
+            return _TAKEOFF
+        return _LANDING if self._control.landing else _IN_AIR
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors may turn."""
+        return self._commander.armed
+
+    @property
+    def home_enu_m(self) -> Vector3 | None:
+        """Home in the local frame, once it is known."""
+        return self._home
+
+    @property
+    def home_attitude_flu_to_enu(self) -> Quaternion:
+        """Attitude when home was set."""
+        return self._home_attitude
+
+    @property
+    def attitude_setpoint(self) -> tuple[Quaternion, Vector3, float]:
+        """Attitude FLU to ENU, rates FLU (rad/s) and throttle now commanded."""
+        control = self._control
+        return control.attitude.target, control.attitude.rates, control.throttle_asked
+
+    @property
+    def position_target(self) -> PositionTarget | None:
+        """What the position controller is after; None while it is idle."""
+        control = self._control
+        if not control.position.active:
+            return None
+        horizontal, vertical = control.position, control.altitude
+        return PositionTarget(
+            (*horizontal.position, vertical.position),
+            (*horizontal.velocity, vertical.velocity),
+            (*horizontal.acceleration, vertical.acceleration),
+            control.heading,
+        )
+
+    @property
+    def rotor_commands(self) -> RotorCommands:
+        """Signals of the rotors, 0 to 1."""
+        return self._commands

@@ -1,0 +1,275 @@
+"""Arming and modes of one vehicle, and what commands do to these."""
+
+import math
+from typing import NamedTuple
+
+from sitl_shim.autopilot.ardupilot import arming
+from sitl_shim.autopilot.ardupilot.boot import (
+    AHRS_HEALTHY_S,
+    GYROS_CONSISTENT_S,
+    READY_S,
+    SWITCHES_READ_S,
+    Boot,
+)
+from sitl_shim.autopilot.ardupilot.modes import Mode, mode_name, mode_of
+from sitl_shim.autopilot.interface import (
+    Acknowledgement,
+    Announcement,
+    Command,
+    SensorHealth,
+    StatusText,
+)
+from sitl_shim.autopilot.parameters import ParameterStore
+
+ACCEPTED, DENIED, FAILED = 0, 2, 4
+CMD_RETURN, CMD_LAND, CMD_TAKEOFF, CMD_SET_MODE, CMD_ARM = 20, 21, 22, 176, 400
+_FORCE = (2989.0, 21196.0)
+ACK_DELAY_US = 4_000
+_CHECK_PERIOD_US = 1_000_000
+_CHECK_PHASE_US = 600_000
+"""The checks before arming run once a second; the bit in SYS_STATUS is as old as that."""
+_COMPLAINS_EVERY_US = 30_000_000
+_CRITICAL, _WARNING, _INFO = 2, 4, 6
+_CUSTOM_MODE_ENABLED = 1
+_GCS_RETURN, _GCS_LAND, _GCS_BRAKE = (1, 2, 3, 4, 6), 5, 7
+"""Values of FS_GCS_ENABLE."""
+
+
+class Situation(NamedTuple):
+    """What the commander needs to know of the flight."""
+
+    landed: bool
+    idle: bool
+    """The motors are not beyond idle."""
+    position_controlled: bool
+    altitude_controlled: bool
+
+
+class Commander:
+    """Arming, modes and the ground station's failsafe.
+
+    Args:
+        parameters: of the autopilot.
+        boot: the timeline of this boot.
+        airborne: begin armed, in GUIDED.
+    """
+
+    def __init__(self, parameters: ParameterStore, boot: Boot, *, airborne: bool) -> None:
+        self._parameters = parameters
+        self._boot = boot
+        self._texts: list[StatusText] = []
+        self._announcements: list[Announcement] = []
+        self._time_us = 0
+        self._situation = Situation(not airborne, not airborne, airborne, airborne)
+        self._idle_since_us = 0
+        self._attempted = airborne
+        self._switch_read = airborne
+        self._checks_pass = airborne
+        self._complained_us = 0
+        self._station_us: int | None = None
+        self._station_lost = False
+        self._has_flown = airborne
+        self.mode = Mode.GUIDED if airborne else Mode.STABILIZE
+        self.armed = airborne
+        self.armed_us = 0
+
+    # --- state for others ---
+
+    @property
+    def ready(self) -> bool:
+        """Whether booting is over."""
+        return self._boot.passed(self._time_us, READY_S)
+
+    @property
+    def base_shows_position(self) -> bool:
+        """Whether base_mode has the bit of a controlled position."""
+        booting = not self._boot.passed(self._time_us, SWITCHES_READ_S)
+        return booting or self._situation.position_controlled
+
+    @property
+    def system_status(self) -> int:
+        """MAV_STATE: 1 booting, 3 on the ground, 4 flying, 5 failsafe."""
+        if not self.ready:
+            return 1
+        if self._station_lost and self.armed:
+            return 5
+        return 3 if self._situation.landed else 4
+
+    @property
+    def sensor_health(self) -> SensorHealth:
+        """The bit sets of SYS_STATUS."""
+        return arming.sensor_health(
+            self._boot.estimator,
+            ahrs_healthy=self._boot.passed(self._time_us, AHRS_HEALTHY_S),
+            checks_pass=self._checks_pass or self.armed,
+            logging=self._attempted,
+            xy_controlled=self._situation.position_controlled,
+            z_controlled=self._situation.altitude_controlled,
+        )
+
+    def take_texts(self) -> list[StatusText]:
+        """Texts since the last call."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    def take_announcements(self) -> list[Announcement]:
+        """Announcements since the last call."""
+        announcements, self._announcements = self._announcements, []
+        return announcements
+
+    def say(self, severity: int, text: str) -> None:
+        """Queue a text."""
+        self._texts.append(StatusText(severity, text))
+
+    # --- the run of time ---
+
+    def step(self, time_us: int, situation: Situation) -> None:
+        """One period of 4 ms."""
+        self._time_us = time_us
+        self._situation = situation
+        if not self._switch_read and self.ready:
+            self._switch_read = True  # whatever was asked for before is overwritten
+            self._change(Mode.STABILIZE, always=True)
+        texts, announcements = self._boot.step(time_us)
+        if texts:
+            self._texts += texts
+        if announcements:
+            self._announcements += announcements
+        if time_us % _CHECK_PERIOD_US == _CHECK_PHASE_US:
+            self._check()
+        if not (situation.idle and situation.landed and self.armed):
+            self._idle_since_us = time_us
+        else:
+            delay_s = self._parameters["DISARM_DELAY"]
+            landed_in_land = self.mode in (Mode.LAND, Mode.RTL) and self._has_flown
+            if landed_in_land or 0.0 < delay_s * 1e6 <= time_us - self._idle_since_us:
+                self.disarm()
+        if not situation.landed:
+            self._has_flown = True
+        self._watch_ground_station()
+
+    def align_yaw(self) -> None:
+        """The estimator aligns its heading in flight."""
+        self._texts += self._boot.align_yaw()
+
+    def _check(self) -> None:
+        if self.armed or not self.ready:
+            return
+        reasons = self._refusals(forced=False)
+        self._checks_pass = not reasons
+        if reasons and self._time_us - self._complained_us >= _COMPLAINS_EVERY_US:
+            self._complained_us = self._time_us
+            for reason in reasons:
+                self.say(_CRITICAL, f"PreArm: {reason}")
+
+    def _refusals(self, *, forced: bool) -> list[str]:
+        return arming.refusals(
+            self.mode,
+            self._boot.estimator,
+            ready=self.ready,
+            gyros_consistent=self._boot.passed(self._time_us, GYROS_CONSISTENT_S),
+            forced=forced,
+        )
+
+    def heard_ground_station(self) -> None:
+        """A heartbeat of the ground station came in."""
+        self._station_us = self._time_us
+        if self._station_lost:
+            self._station_lost = False
+            self.say(_WARNING, "GCS Failsafe Cleared")
+
+    def _watch_ground_station(self) -> None:
+        since, action = self._station_us, self._parameters.integer("FS_GCS_ENABLE")
+        if since is None or action == 0 or self._station_lost:
+            return
+        if self._time_us - since <= self._parameters["FS_GCS_TIMEOUT"] * 1e6:
+            return
+        self._station_lost = True
+        self.say(_WARNING, "GCS Failsafe")
+        if not self.armed or self.mode in (Mode.STABILIZE, Mode.ALT_HOLD):
+            return
+        if self._situation.landed:
+            self.disarm()
+        elif self.mode is Mode.LAND or (
+            action == _GCS_BRAKE and self.set_mode(Mode.BRAKE) == ACCEPTED
+        ):
+            return
+        elif action not in _GCS_RETURN or self.set_mode(Mode.RTL) != ACCEPTED:
+            self.set_mode(Mode.LAND)
+
+    # --- modes ---
+
+    def set_mode(self, mode: Mode) -> int:
+        """Change the mode; disarmed, any mode may be chosen.  MAV_RESULT."""
+        if self.armed and mode.needs_position and not self._boot.estimator.position_known:
+            self.say(_WARNING, f"Mode change to {mode_name(mode)} failed: requires position")
+            return FAILED
+        self._change(mode)
+        return ACCEPTED
+
+    def _change(self, mode: Mode, *, always: bool = False) -> None:
+        if mode is not self.mode or always:
+            self.mode = mode
+            self._announcements.append(Announcement.HEARTBEAT)
+
+    # --- commands ---
+
+    def receive(self, command: Command) -> tuple[Acknowledgement, ...] | None:
+        """Carry out a command; None if it is none of the commander's."""
+        kind = command.command
+        if kind == CMD_ARM:
+            return acknowledge(self._arm_or_disarm(command))
+        if kind == CMD_SET_MODE:
+            return acknowledge(self._set_mode_by_number(command))
+        if kind == CMD_LAND:
+            return acknowledge(self.set_mode(Mode.LAND))
+        if kind == CMD_RETURN:
+            return acknowledge(self.set_mode(Mode.RTL))
+        return None
+
+    def _set_mode_by_number(self, command: Command) -> int:
+        base, number = command.parameters[:2]
+        if not (math.isfinite(base) and math.isfinite(number)):
+            return DENIED
+        if not int(base) & _CUSTOM_MODE_ENABLED:
+            return DENIED
+        mode = mode_of(int(number))
+        if mode is None:
+            self.say(_WARNING, f"No such mode {int(number)}")
+            return FAILED
+        return self.set_mode(mode)
+
+    def _arm_or_disarm(self, command: Command) -> int:
+        arm, forced = command.parameters[0] == 1.0, command.parameters[1] in _FORCE
+        if not arm:
+            if self.armed and not (self._situation.landed or forced):
+                return FAILED
+            if self.armed:
+                self.disarm()
+            return ACCEPTED
+        if self.armed:
+            return ACCEPTED
+        self._attempted = True
+        reasons = self._refusals(forced=forced)
+        if not (self.mode.may_arm or reasons):
+            reasons = [f"{mode_name(self.mode)} mode not armable"]
+        for reason in reasons:
+            self.say(_CRITICAL, f"Arm: {reason}")
+        if reasons:
+            return FAILED
+        self.armed = True
+        self._has_flown = False
+        self.armed_us = self._idle_since_us = self._time_us
+        self._announcements += [Announcement.ORIGIN, Announcement.HOME]
+        self.say(_INFO, "Arming motors")
+        return ACCEPTED
+
+    def disarm(self) -> None:
+        """Stop the motors."""
+        self.armed = False
+        self.say(_INFO, "Disarming motors")
+
+
+def acknowledge(result: int) -> tuple[Acknowledgement, ...]:
+    """The one acknowledgement of a command."""
+    return (Acknowledgement(result, ACK_DELAY_US),)
