@@ -12,6 +12,7 @@ from companion.control.reference_model import Array
 from companion.flight.authority import Authority
 from companion.flight.connection import Connection
 from companion.flight.inbox import Inbox
+from companion.flight.inspector import Inspector
 from companion.flight.parameters import Parameters
 from companion.flight.placement import Placement
 from companion.flight.setpoint_stream import SetpointStream
@@ -64,4 +65,6 @@ class Flight:
     adopt: Callable[[ThrustMeaning], None]
     """Fly with a stack for this meaning of the thrust field."""
     scope: FlightScope = FlightScope.WHOLE
+    inspector: Inspector | None = None
+    """Looks the vehicle over before the flight; None for one that begins in the air."""
     progress: Progress = field(default_factory=Progress)

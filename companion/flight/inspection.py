@@ -2,12 +2,12 @@
 
 import asyncio
 import math
+from collections.abc import Iterable
 
 from companion.flight.connection import Connection
 from companion.flight.ears import Ears
 from companion.flight.parameters import Parameters
 from companion.mavlink.dialect import Message
-from companion.mavlink.exchange import Patience
 from companion.mavlink.message_request import request_message
 from companion.mavlink.messages import COMPONENT_TRUTH, MessageId
 from companion.preflight.facts import (
@@ -27,8 +27,6 @@ _ASKED_FOR = (
     MessageId.SYS_STATUS,
     *_ESTIMATES,
 )
-_PATIENCE = Patience(timeout_s=0.3, attempts=3)
-"""For each parameter: some do not exist in this release, and ArduPilot then says nothing."""
 _UNKNOWN_VOLTAGE = 65535
 _RELEASES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc"}
 _LOCAL_HOSTS = ("127.", "localhost", "[::1]", "embedded")
@@ -55,7 +53,7 @@ async def gather(connection: Connection, measured_s: float, *, all_of_it: bool) 
     ears = Ears(connection, dict.fromkeys(heard), begun_s)
     try:
         names = dict.fromkeys((*parameters_to_read(dialect.name), *dialect.flight_parameters))
-        parameters = await Parameters(connection).read(names, _PATIENCE)
+        parameters = await _read(connection, names)
         await _ask(connection, MessageId.AUTOPILOT_VERSION)
         if all_of_it:
             for message_id in (MessageId.HOME_POSITION, *_ESTIMATES):
@@ -72,6 +70,14 @@ async def gather(connection: Connection, measured_s: float, *, all_of_it: bool) 
         )
     finally:
         ears.close()
+
+
+async def _read(connection: Connection, names: Iterable[str]) -> dict[str, float]:
+    reader = Parameters(connection)
+    try:
+        return await reader.read(names)
+    finally:
+        reader.close()
 
 
 async def _ask(connection: Connection, message_id: MessageId) -> None:

@@ -13,6 +13,10 @@ _LONGEST_S = 60.0
 """No exchange takes this long by its own patience: this only guards against a bug."""
 
 
+_READING = Patience(timeout_s=0.3, attempts=3)
+"""Short: some names do not exist in every release, and ArduPilot says nothing to those."""
+
+
 class Parameters:
     """Parameter exchanges with the vehicle at the other end of a connection."""
 
@@ -23,14 +27,12 @@ class Parameters:
             connection.listeners.setdefault(int(message_id), []).append(self._on_frame)
         connection.chores.append(self._pump)
 
-    async def read(
-        self, names: Iterable[str], patience: Patience | None = None
-    ) -> dict[str, float]:
+    async def read(self, names: Iterable[str], patience: Patience = _READING) -> dict[str, float]:
         """Values of those parameters that the autopilot has; the others are left out.
 
         Args:
             names: which; all are asked for at once.
-            patience: with each of them.  ArduPilot does not answer for what it does not have.
+            patience: with each of them.
 
         Raises:
             FlightAbortedError: the wait was ended from outside.

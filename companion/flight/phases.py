@@ -49,13 +49,18 @@ async def fly(flight: Flight) -> Ending:
         FlightAbortedError: the flight ended otherwise than by landing; the text says how.
     """
     flight.inbox.on_put = flight.authority.on_command
-    await prepare(flight)
-    if flight.scope is FlightScope.WHOLE:
-        standing = flight.connection.state
-        assert standing is not None
-        flight.progress.ground_up_m = standing.position_enu_m[2]
-        await arm_vehicle(flight)
-    return await _fly_armed(flight)
+    try:
+        await prepare(flight)
+        if flight.scope is FlightScope.WHOLE:
+            standing = flight.connection.state
+            assert standing is not None
+            flight.progress.ground_up_m = standing.position_enu_m[2]
+            await arm_vehicle(flight)
+        return await _fly_armed(flight)
+    finally:
+        if flight.inspector is not None:
+            flight.authority.rest()
+            await flight.inspector.after_flight()
 
 
 async def _fly_armed(flight: Flight) -> Ending:

@@ -89,6 +89,8 @@ async def _prepare_once(flight: Flight) -> None:
             + ". Check the link's direction and that the estimator has a position."
         ),
     )
+    if flight.inspector is not None:
+        await flight.inspector.before_flight()
     await _learn(flight)
     measured = connection.state is not None
     if measured:
