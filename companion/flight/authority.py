@@ -29,6 +29,8 @@ class Authority:
         self._streaming = False
         self._landing = False
         self._restarts = 0
+        self.handed_over = False
+        """True while somebody else flies: a person, or the autopilot's failsafe."""
 
     def on_command(self, command: PilotCommand) -> None:
         """A command has come: an abort takes effect at once, whatever the flight does."""
@@ -39,6 +41,7 @@ class Authority:
     def expect(self, *modes: str, streaming: bool = False) -> None:
         """In flight: these modes are ours, and setpoints flow if `streaming`."""
         self._modes = modes
+        self.handed_over = False
         self._streaming = streaming
         self._restarts = self._connection.restarts
         self._landing = False
@@ -52,6 +55,11 @@ class Authority:
     def rest(self) -> None:
         """Nothing but a failure ends a wait."""
         self._connection.waiting.interruption = lambda: None
+
+    def leave_to_others(self) -> None:
+        """The companion flies no more, until it expects a mode again."""
+        self.rest()
+        self.handed_over = True
 
     def _interruption(self) -> Exception | None:
         stream, connection = self._stream, self._connection

@@ -20,13 +20,15 @@ from companion.flight.control_loop import ControlLoop
 from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.inbox import Inbox
+from companion.flight.inspector import Inspector
 from companion.flight.observer import Observer
 from companion.flight.parameters import Parameters
 from companion.flight.phases import fly
 from companion.flight.setpoint_stream import SetpointStream
+from companion.flight.sharing import shared_link, watch_link
 from companion.flight.timing import Percentiles, Punctuality, measure_timer_noise, percentiles_ms
 from companion.flight.voice import Voice
-from companion.link.link import Link
+from companion.link.link import Link, LinkError
 from companion.mavlink.signing import Signing
 from companion.recording.flight_log import FlightLog
 from companion.thrust_meaning import ThrustMeaning
@@ -91,6 +93,7 @@ async def conduct(
         signing: signs and checks the packets of the link; None for one without a key.
 
     Raises:
+        LinkError: an endpoint of `link.forward` cannot be opened.
         ValueError: a vehicle in the air was to be taken over in real time.
     """
     if real_time and scope is not FlightScope.WHOLE:
@@ -122,10 +125,14 @@ async def conduct(
         Parameters(connection),
         adopt,
         scope,
+        None
+        if scope is FlightScope.AIRBORNE
+        else Inspector(config, trajectory, connection, voice, log.folder),
     )
     connection.on_trouble = partial(voice.tell, "error")
     connection.admission.on_rejected = partial(voice.tell, "warning")
     connection.reports.on_text = voice.heard
+    watch_link(flight)
     if lost is not None:
         lost.add_done_callback(lambda future: connection.waiting.fail(future.result()))
     noise: list[float] = []
@@ -137,7 +144,7 @@ async def conduct(
         helpers.append(measure_timer_noise(noise))
     completed, name, note = False, "aborted", ""
     try:
-        async with _helped(helpers, connection, stream):
+        async with _helped(helpers, connection, stream), shared_link(flight):
             ending = await fly(flight)
             name = "landed" if ending.landed else "tracked" if ending.tracked else "aborted"
             completed, note = ending.completed, ending.note
@@ -145,6 +152,8 @@ async def conduct(
         name, note = "refused", str(error)
     except FlightAbortedError as error:
         note = str(error)
+    except LinkError:
+        raise  # an endpoint that cannot be opened: nothing has begun
     except Exception as error:
         # Armed or not, the stream has stopped; what is left is to say so and to keep the log.
         note = f"The companion failed ({type(error).__name__}: {error}) and stopped commanding."

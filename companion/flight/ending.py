@@ -51,7 +51,7 @@ async def wait_for_word(flight: Flight, reason: str) -> PilotCommand:
     """
     connection, voice = flight.connection, flight.voice
     wait_s = flight.mission.timeouts.handed_over_s
-    flight.authority.rest()
+    flight.authority.leave_to_others()
     voice.phase("handed over", reason)
     voice.tell(
         "warning",

@@ -55,6 +55,11 @@ class Endpoint:
         """Where it is, for a person."""
         return self.clients.description
 
+    @property
+    def has_talkers(self) -> bool:
+        """True if a client has said something, and is still there."""
+        return bool(self._talkers)
+
     def knows(self, client: Client) -> bool:
         """True if the client has spoken before."""
         return client in self._talkers

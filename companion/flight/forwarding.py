@@ -77,6 +77,11 @@ class Forwarder:
         """Datagrams or packets that a client did not take."""
         return sum(endpoint.unsent for endpoint in self.endpoints)
 
+    @property
+    def has_talkers(self) -> bool:
+        """True if a client has said something, and is still there."""
+        return any(endpoint.has_talkers for endpoint in self.endpoints)
+
     async def open(self) -> None:
         """Open the endpoints and begin to forward.
 
@@ -153,7 +158,7 @@ class Forwarder:
 
     def _pass_on(self, endpoint: Endpoint, client: Client, frame: Frame) -> None:
         connection = self._connection
-        us = Target(connection.target.system_id, COMPONENT_ONBOARD_COMPUTER)
+        us = Target(connection.our_system_id, COMPONENT_ONBOARD_COMPUTER)
         if (frame.system_id, frame.component_id) in (connection.target, us):
             why = "that is the vehicle's or the companion's own address; give the client another"
             self._refuse(endpoint, client, frame, Refusal("messages", why))
@@ -172,7 +177,10 @@ class Forwarder:
             self._refuse(endpoint, client, frame, refusal)
             return
         self.passed += 1
-        connection.send_raw(frame.raw)
+        if endpoint.config.remote:
+            connection.send_raw(frame.raw)  # signed by its own sender, or not at all
+        else:
+            connection.send_frame(frame)
         for other in self.endpoints:
             other.give([frame.raw], but=client)
 
