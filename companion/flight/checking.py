@@ -25,6 +25,7 @@ from companion.preflight.judgement import judge
 from companion.trajectories.trajectory import Trajectory
 
 _MEASURED_S = 3.0
+_SILENCE_S = 1.0
 Tell = Callable[[str, str], None]
 """Told severity and text."""
 
@@ -121,6 +122,7 @@ async def _check(order: CheckOrder, connection: Connection, tell: Tell) -> Check
         if connection.waiting.failure is not None:
             raise connection.waiting.failure
         facts = await gather(connection, _MEASURED_S, all_of_it=True)
+        _refuse_silence(connection)
         plan = plan_to_check(order.config, order.trajectory, connection.our_system_id)
         findings = accepting(judge(facts, plan), mission.preflight.accept)
         if order.fix_into is not None:
@@ -174,6 +176,25 @@ async def _connect(order: CheckOrder, connection: Connection) -> None:
                 f"it is {connection.dialect.title}, and {mission.autopilot} was asked for",
                 Verdict.REFUSAL,
                 "Give the right --autopilot, or leave it out.",
+            )
+        )
+
+
+def _refuse_silence(connection: Connection) -> None:
+    """What was gathered while the link died says nothing of the vehicle.
+
+    Raises:
+        _CannotGoOnError: nothing comes any more.
+    """
+    silence_s = asyncio.get_running_loop().time() - connection.heard_s
+    if silence_s > _SILENCE_S:
+        raise _CannotGoOnError(
+            Finding(
+                "link",
+                f"nothing was heard for {silence_s:.1f} s over {connection.link_description}: it "
+                "died while the check ran",
+                Verdict.REFUSAL,
+                "Look after the link, then check again.",
             )
         )
 

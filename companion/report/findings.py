@@ -21,7 +21,7 @@ _MARKS = {
 _SUMMARIES = {
     Verdict.OK: "fine: nothing stands against a flight",
     Verdict.NOTE: "fine: nothing stands against a flight",
-    Verdict.WARNING: "it would fly; see the warnings",
+    Verdict.WARNING: "it would fly, see above",
     Verdict.REFUSAL: "it would not fly like this",
 }
 
@@ -39,7 +39,7 @@ def print_findings(
     """
     console.print(Text(title, style="bold"))
     table = Table(box=None, pad_edge=False, header_style="dim")
-    table.add_column("what", overflow="fold", max_width=18)
+    table.add_column("what", overflow="fold", max_width=19)
     table.add_column("verdict", no_wrap=True)
     table.add_column("found → what to do", overflow="fold")
     for finding in findings:
@@ -67,7 +67,8 @@ def summary(findings: Sequence[Finding]) -> str:
         for verdict, name in ((Verdict.REFUSAL, "refused"), (Verdict.WARNING, "warnings"))
         if with_verdict(findings, verdict)
     ]
-    return f"{', '.join([*counts, _SUMMARIES[worst(findings)]])}"
+    meaning = _SUMMARIES[worst(findings)]
+    return f"{', '.join(counts)}: {meaning}" if counts else meaning
 
 
 def findings_object(findings: Sequence[Finding], facts: Facts | None, link: str) -> dict[str, Any]:
