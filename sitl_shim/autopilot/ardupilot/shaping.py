@@ -107,7 +107,7 @@ def shape_position(
     """
     position, velocity, acceleration = state
     gain = 0.5 * jerk_max / acceleration_max
-    approach = sqrt_controller(goal[0] - position, gain, acceleration_max)
+    approach = sqrt_controller(goal[0] - position, gain, 0.5 * acceleration_max)
     approach = max(-velocity_down, min(velocity_up, approach)) + goal[1]
     return shape_velocity(
         approach,
@@ -158,7 +158,7 @@ def shape_position_xy(
     (gx, gy), (gvx, gvy), acceleration_goal = goal
     (px, py), velocity, acceleration = state
     gain = 0.5 * jerk_max / acceleration_max
-    vx, vy = limit_length(_along(gx - px, gy - py, gain, acceleration_max), speed_max)
+    vx, vy = limit_length(_along(gx - px, gy - py, gain, 0.5 * acceleration_max), speed_max)
     return shape_velocity_xy(
         (vx + gvx, vy + gvy),
         acceleration_goal,
