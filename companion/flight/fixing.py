@@ -47,7 +47,9 @@ async def set_parameters(
         for change in changes:
             exchange = await parameters.set(change.name, change.new)
             if exchange.verdict is Verdict.ACCEPTED:
-                tell("info", f"set {change}")
+                tell(
+                    "info", f"set {change.name} from {change.old:g} to {change.new:g}: {change.why}"
+                )
             else:
                 problems.append(f"{change.name} could not be set: {exchange.explanation}.")
     finally:
@@ -85,7 +87,7 @@ async def restore_parameters(
             else:
                 exchange = await parameters.set(change.name, change.old)
                 if exchange.verdict is Verdict.ACCEPTED:
-                    tell("info", f"restored {change.name} {change.new:g} → {change.old:g}")
+                    tell("info", f"restored {change.name} from {change.new:g} to {change.old:g}")
                 else:
                     problems.append(
                         f"{change.name} could not be set back to {change.old:g}: "

@@ -37,7 +37,7 @@ def _delay(link: LinkFacts, plan: Plan) -> Finding:
     usual_s = statistics.median(link.round_trips_s)
     shortest_s, longest_s = min(link.round_trips_s), max(link.round_trips_s)
     found = (
-        f"{usual_s * 1e3:.1f} ms there and back ({shortest_s * 1e3:.1f} … {longest_s * 1e3:.1f}, "
+        f"{usual_s * 1e3:.1f} ms there and back ({shortest_s * 1e3:.1f} to {longest_s * 1e3:.1f}, "
         f"jitter {statistics.pstdev(link.round_trips_s) * 1e3:.1f} ms)"
     )
     limit_s = plan.state_age_limit_s

@@ -257,7 +257,7 @@ def test_fix_sets_what_was_named_says_so_and_lists_it_before(flavour, bad, names
     listener.from_shim = watch
     checked = check(flavour, parameters=bad, told=told, listener=listener, fix_into=path)
     assert [text.split()[1] for _, text in told] == names
-    assert all("→" in text for _, text in told)
+    assert all(" from " in text and ": " in text for _, text in told)
     listed = read_restore_file(path)
     assert (listed.autopilot, listed.system_id) == (flavour, 1)
     assert [change.name for change in listed.changes] == names

@@ -84,7 +84,7 @@ def test_other_streams_that_are_slow_are_named_if_that_can_be_told():
     ("round_trips_s", "verdict", "words"),
     [
         ((), "refusal", "never answered"),
-        ((0.03, 0.031, 0.032), "ok", "31.0 ms there and back (30.0 … 32.0"),
+        ((0.03, 0.031, 0.032), "ok", "31.0 ms there and back (30.0 to 32.0"),
         ((0.049, 0.05), "ok", "there and back"),
         ((0.051, 0.052), "warning", "tried with at most 20 ms more"),
         ((0.03, 0.03, 0.19), "warning", "levels out"),
