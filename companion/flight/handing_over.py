@@ -29,10 +29,14 @@ class HandingOver:
 
     @property
     def possible(self) -> bool:
-        """True if the vehicle obeys setpoints of ours and there is a mode to command."""
+        """True if the vehicle obeys setpoints of ours and there is a mode to command.
+
+        False also once it has been begun: it is not begun again until we have flown again.
+        """
         connection = self._connection
         return (
-            connection.dialect_known
+            self._task is None
+            and connection.dialect_known
             and bool(connection.dialect.hand_over.modes)
             and connection.reports.armed
             and connection.mode == connection.dialect.setpoint_mode
@@ -46,11 +50,10 @@ class HandingOver:
             hold: what to send until the mode is confirmed; None to send nothing.
         """
         if self.possible:
-            self.cancel()
             self._task = asyncio.get_running_loop().create_task(self._run(hold))
 
     def cancel(self) -> None:
-        """Command nothing more: somebody else flies, or we do."""
+        """Command nothing more: we fly again."""
         if self._task is not None:
             self._task.cancel()
             self._task = None

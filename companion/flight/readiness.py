@@ -2,13 +2,18 @@
 
 import asyncio
 
+from companion.flight.connection import Connection
 from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
 from companion.mavlink.exchange import Verdict
+from companion.mavlink.messages import MessageId
 
 _MOST_REQUESTS = 10
 """For the mode before arming: who overwrites it as often means it."""
 _BETWEEN_REQUESTS_S = 1.0
+_SILENT_S = 5.0
+"""Reports that come five times a second have stopped by then: the autopilot was restarted, or
+somebody else has set the interval."""
 _QUIET_AT_FIRST_S = 1.0
 _QUIET_S = 3.0
 
@@ -30,6 +35,25 @@ class Progress:
         return f"waiting for: {', '.join(missing)}"
 
 
+class _Reports:
+    """Do the reports still come that readiness is judged by?"""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._count = self._counted()
+        self._since_s = asyncio.get_running_loop().time()
+
+    def silent(self, now_s: float) -> bool:
+        """True once none has come for `_SILENT_S`."""
+        count = self._counted()
+        if count != self._count:
+            self._count, self._since_s = count, now_s
+        return now_s - self._since_s > _SILENT_S
+
+    def _counted(self) -> int:
+        return self._connection.counts.get(MessageId.SYS_STATUS, 0)
+
+
 async def become_ready(flight: Flight) -> None:
     """Wait until the autopilot would arm, in the mode in which it is to be armed.
 
@@ -47,12 +71,14 @@ async def become_ready(flight: Flight) -> None:
     mode = dialect.mode_before_arming if flight.scope is FlightScope.WHOLE else None
     requests = 0
 
-    def ready_or_overwritten() -> bool:
+    reported = _Reports(connection)
+
+    def something_to_do() -> bool:
         readiness = connection.readiness
         news = progress.news(readiness.missing, loop.time())
         if news is not None:
             voice.tell("info", news)
-        return readiness.ready or overwritten()
+        return readiness.ready or overwritten() or reported.silent(loop.time())
 
     def overwritten() -> bool:
         return mode is not None and connection.mode != mode
@@ -76,8 +102,12 @@ async def become_ready(flight: Flight) -> None:
                 voice.tell("info", f"{change.explanation}; asking again")
                 await connection.waiting.pause(_BETWEEN_REQUESTS_S)
                 continue
+        if reported.silent(loop.time()):
+            voice.tell("warning", "SYS_STATUS has stopped; asking for the streams again")
+            await connection.request_streams(connection.state_rate_hz)
+            reported = _Reports(connection)
         await connection.waiting.until(
-            ready_or_overwritten,
+            something_to_do,
             max(0.0, deadline_s - loop.time()),
             lambda: _not_ready(flight, ready_s),
         )

@@ -2,7 +2,7 @@
 
 import math
 
-_FALL_S = 2.0
+_FALL_S = 1.0
 """No packet is this late: a time that lies further back is of another boot."""
 
 

@@ -102,13 +102,14 @@ def setpoint_message(setpoint: Setpoint, autopilot_time_s: float, target: Target
 
     Args:
         setpoint: what to ask for.
-        autopilot_time_s: the autopilot's clock, time since its boot.
+        autopilot_time_s: the autopilot's clock, time since its boot; the field begins again at 0
+            after 49.7 days, as the autopilot's own do.
         target: the autopilot.
 
     Raises:
-        InvalidSetpointError: the time is not finite or not in the field's range.
+        InvalidSetpointError: the time is not finite, or negative.
     """
-    if not 0.0 <= autopilot_time_s <= _LATEST_MS / 1000.0:
+    if not 0.0 <= autopilot_time_s < math.inf:
         raise InvalidSetpointError(f"the autopilot's time cannot be {autopilot_time_s} s")
     if isinstance(setpoint, AttitudeSetpoint):
         mask = _MASK_ATTITUDE
@@ -121,7 +122,7 @@ def setpoint_message(setpoint: Setpoint, autopilot_time_s: float, target: Target
     return Outgoing(
         MessageId.SET_ATTITUDE_TARGET,
         _WIRE.pack(
-            round(autopilot_time_s * 1000.0),
+            round(autopilot_time_s * 1000.0) & _LATEST_MS,
             qw, qx, qy, qz,
             p, q, r,
             setpoint.thrust,

@@ -92,6 +92,8 @@ class Bench:
         self.wire = Wire()
         self.inbox = Inbox()
         self.happenings: list[tuple[str, float, Callable[[], None]]] = []
+        self.flies: str | None = None
+        """The autopilot that the shim plays; None: the mission's."""
         (folder / "short.csv").write_text(SHORT)
 
     def after(self, phase, delay_s, action):
@@ -110,6 +112,8 @@ class Bench:
         airborne=False,
         key=None,
         shim_key=None,
+        boot_scale=0.1,
+        parameters=None,
     ):
         """Fly a short mission, or what the options say."""
         overrides = {"trajectory": str(self.folder / "short.csv"), "seed": 1} | (options or {})
@@ -121,13 +125,17 @@ class Bench:
         log = FlightLog(folder, CHANNELS)
         seen = Seen(self.happenings)
         scenario = configs_folder() / "scenarios" / f"{wind}.yaml"
+        autopilot = self.flies or ("px4" if mission.autopilot == "auto" else mission.autopilot)
+        self.wire.listen_as(autopilot)
         shim = ShimOptions(
-            "px4",
+            autopilot,
             mission.vehicle,
             scenario,
             mission.seed,
             speed,
             sensors,
+            parameters or {},
+            boot_scale=boot_scale if autopilot == "ardupilot" else 1.0,
             signing_key=shim_key,
         )
         outcome = fly_in_lockstep(

@@ -11,7 +11,8 @@ from companion.mavlink.codec import Packer
 from companion.mavlink.commands import Command, disarm
 from companion.mavlink.crc import CRC_TABLE, crc16
 from companion.mavlink.dialect import CRC_EXTRA
-from companion.mavlink.dialects.px4 import Px4
+from companion.mavlink.dialects import dialect_named
+from companion.mavlink.dialects.base import AutopilotDialect
 from companion.mavlink.messages import MessageId, Target
 
 AUTOPILOT = 1
@@ -72,6 +73,9 @@ class SentSetpoint:
 class Wire:
     """Listens to both ways; `from_shim` and `to_shim` may be set, and reset, in flight."""
 
+    dialect: AutopilotDialect = field(default_factory=lambda: dialect_named("px4"))
+    state_message: MessageId = MessageId.ODOMETRY
+    """Completes a sample of the state."""
     from_shim: Tamper | None = None
     to_shim: Tamper | None = None
     setpoints: list[SentSetpoint] = field(default_factory=list)
@@ -83,6 +87,8 @@ class Wire:
     """(time, armed) of each change that the vehicle truly reported."""
     texts: list[str] = field(default_factory=list)
     """STATUSTEXTs of the companion, chunks joined."""
+    health: list[tuple] = field(default_factory=list)
+    """(time, MAV_STATE) of each heartbeat of the companion."""
     last_state_s: float = -math.inf
     _to_shim_too: list[bytes] = field(default_factory=list)
     _from_shim_too: list[bytes] = field(default_factory=list)
@@ -95,7 +101,7 @@ class Wire:
         if packet.component_id == AUTOPILOT and packet.message_id == MessageId.HEARTBEAT:
             self._note_heartbeat(packet)
         arriving = raw if self.from_shim is None else self.from_shim(packet)
-        is_state = packet.component_id == AUTOPILOT and packet.message_id == MessageId.ODOMETRY
+        is_state = packet.component_id == AUTOPILOT and packet.message_id == self.state_message
         if arriving and is_state:
             self.last_state_s = packet.time_s
         more, self._from_shim_too = self._from_shim_too, []
@@ -110,6 +116,12 @@ class Wire:
 
     # --- what tests do ---
 
+    def listen_as(self, name):
+        """Understand the vehicle as an autopilot of this kind."""
+        self.dialect = dialect_named(name)
+        if name == "ardupilot":
+            self.state_message = MessageId.LOCAL_POSITION_NED
+
     def send_to_vehicle(self, outgoing):
         """As a ground station on the same link."""
         self._to_shim_too.append(GROUND_STATION.pack(outgoing))
@@ -119,7 +131,7 @@ class Wire:
         self._from_shim_too.append(Packer(1, component).pack(outgoing))
 
     def change_mode(self, name):
-        self.send_to_vehicle(Px4().set_mode(Target(1), name).as_long())
+        self.send_to_vehicle(self.dialect.set_mode(Target(1), name).as_long())
 
     def disarm_by_force(self):
         command: Command = disarm(Target(1), force=True)
@@ -150,7 +162,7 @@ class Wire:
 
     def _note_heartbeat(self, packet):
         custom_mode, _, _, base_mode, _, _ = packet.fields(_HEARTBEAT)
-        mode, armed = Px4().mode_name(custom_mode), bool(base_mode & 0x80)
+        mode, armed = self.dialect.mode_name(custom_mode), bool(base_mode & 0x80)
         if not self.modes or self.modes[-1][1] != mode:
             self.modes.append((packet.time_s, mode))
         if not self.armed or self.armed[-1][1] != armed:
@@ -164,6 +176,8 @@ class Wire:
             self.setpoints.append(
                 SentSetpoint(packet.time_s, age, attitude, thrust, mask, tuple(rates))
             )
+        elif packet.message_id == MessageId.HEARTBEAT:
+            self.health.append((packet.time_s, packet.fields(_HEARTBEAT)[4]))
         elif packet.message_id == MessageId.COMMAND_LONG:
             *parameters, command_id, _, _, _ = packet.fields(_COMMAND)
             self.commands.append((packet.time_s, command_id, tuple(parameters)))

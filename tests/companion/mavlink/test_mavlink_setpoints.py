@@ -117,8 +117,14 @@ def test_rates_out_of_bounds_cannot_be_made(place, bad):
         BodyRateSetpoint(tuple(bad if i == place else 0.1 for i in range(3)), 0.5)
 
 
-@pytest.mark.parametrize("time_s", [-0.001, math.nan, math.inf, 4294968.0])
-def test_a_time_that_the_field_cannot_hold_is_refused(time_s):
+def test_after_49_days_the_time_begins_again_as_the_autopilots_does():
+    assert on_the_wire(AttitudeSetpoint(LEVEL, 0.5), 4294967.295).time_boot_ms == 2**32 - 1
+    assert on_the_wire(AttitudeSetpoint(LEVEL, 0.5), 4294967.296).time_boot_ms == 0
+    assert on_the_wire(AttitudeSetpoint(LEVEL, 0.5), 4294968.0).time_boot_ms == 704
+
+
+@pytest.mark.parametrize("time_s", [-0.001, math.nan, math.inf])
+def test_a_time_that_is_none_is_refused(time_s):
     with pytest.raises(InvalidSetpointError, match="time"):
         setpoint_message(AttitudeSetpoint(LEVEL, 0.5), time_s, Target(1))
 
