@@ -19,3 +19,15 @@ def global_position(origin: GlobalOrigin, position_enu_m: Vector3) -> tuple[int,
         round(longitude * 1e7),
         round((origin.altitude_amsl_m + up) * 1000.0),
     )
+
+
+def local_position(
+    origin: GlobalOrigin, latitude_deg: float, longitude_deg: float
+) -> tuple[float, float]:
+    """East and north (m) of a latitude and a longitude: the inverse of `global_position`."""
+    parallel_m = _EARTH_RADIUS_M * math.cos(math.radians(origin.latitude_deg))
+    turn_deg = math.remainder(longitude_deg - origin.longitude_deg, 360.0)
+    return (
+        math.radians(turn_deg) * parallel_m,
+        math.radians(latitude_deg - origin.latitude_deg) * _EARTH_RADIUS_M,
+    )

@@ -53,6 +53,8 @@ class Personality:
     """Whether `_HASH_CHECK` exists."""
     tells_parameters_us: int | None
     """Boot time at which it tells unasked which parameters the airframe has set."""
+    parameter_file: bool
+    """Whether FTP has the packed file of the parameters."""
     events: bool
     """Whether EVENT (410) is sent to companions."""
     answers_with_parameter_index: bool
@@ -83,6 +85,7 @@ _PX4 = Personality(
     parameter_errors=True,
     parameter_hash=True,
     tells_parameters_us=480_000,
+    parameter_file=False,
     events=True,
     answers_with_parameter_index=True,
     announcements={},
@@ -110,6 +113,7 @@ _ARDUPILOT = Personality(
     parameter_errors=False,
     parameter_hash=False,
     tells_parameters_us=None,
+    parameter_file=True,
     events=False,
     answers_with_parameter_index=False,
     announcements=streams_ardupilot.ANNOUNCEMENTS,

@@ -3,10 +3,13 @@
 The dialect is ``all``: ``common`` lacks CURRENT_MODE and AVAILABLE_MODES.
 """
 
+import contextlib
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from pymavlink.dialects.v20 import all as dialect
+
+from sitl_shim.mavlink.event_messages import REQUEST_ID, RequestEvent
 
 __all__ = ["Message", "Packer", "Parser", "dialect"]
 
@@ -15,6 +18,7 @@ Message = Any
 
 _BAD_DATA = "BAD_DATA"
 _UNKNOWN_PREFIX = "UNKNOWN"
+_REQUEST_EVENT = f"{_UNKNOWN_PREFIX}_{REQUEST_ID}"
 
 
 class Packer:
@@ -68,3 +72,6 @@ class Parser:
             name = message.get_type()
             if name != _BAD_DATA and not name.startswith(_UNKNOWN_PREFIX):
                 yield message
+            elif name == _REQUEST_EVENT:  # pymavlink does not know it, and checks nothing
+                with contextlib.suppress(ValueError):
+                    yield RequestEvent(message)

@@ -166,8 +166,11 @@ class Commander:
 
     def mission_done(self) -> None:
         """There is nothing left to fly of the mission: hold."""
-        self._announcer.say(INFO, "Mission finished, loitering")
-        self._announcer.tell(make_event("mission_finished_loiter"))
+        if self.mission_available:
+            self._announcer.say(INFO, "Mission finished, loitering")
+            self._announcer.tell(make_event("mission_finished_loiter"))
+        else:
+            self._announcer.say(CRITICAL, "No valid mission available, loitering")
         if self.intended is Mode.AUTO_MISSION:
             self.intended = Mode.AUTO_LOITER
         self._update_failsafe()

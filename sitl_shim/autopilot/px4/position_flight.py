@@ -181,7 +181,9 @@ class PositionFlight:
             low = self._ramp.stage is TakeoffStage.RAMP
             if not self._mission.step(task, motion, self._home, low=low):
                 self._commander.mission_done()
-                task = self._enter(self._commander.mode, motion, previous=task)
+                # Without a mission any more there is no goal to be kept.
+                kept = task if self._plan.items else None
+                task = self._enter(self._commander.mode, motion, previous=kept)
         elif mode is Mode.AUTO_LOITER:
             self._reposition(task)
         return task

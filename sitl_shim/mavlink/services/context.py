@@ -3,8 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from sitl_shim.autopilot.interface import StatusText
 from sitl_shim.mavlink.link import AUTOPILOT_COMPONENT_ID, Link
+from sitl_shim.mavlink.personality import Personality
 from sitl_shim.mavlink.signing import Signing
+from sitl_shim.mavlink.statustext import status_messages
 from sitl_shim.mavlink.wire import Message
 from sitl_shim.simulation import Simulation
 
@@ -18,6 +21,17 @@ class Context:
     system_id: int
     """MAVLink system id of the vehicle."""
     signing: Signing
+
+    @property
+    def personality(self) -> Personality:
+        """Manners of the flavour."""
+        return self.links[0].personality
+
+    def say(self, link: int, severity: int, text: str) -> None:
+        """Send a text of at most 50 bytes on one link, if it carries texts."""
+        if self.links[link].carries_texts(self.sim.time_us):
+            for message in status_messages(StatusText(severity, text), 0):
+                self.links[link].send(message)
 
     def concerns(self, message: Message, *, any_system: bool = False) -> bool:
         """Whether a message is addressed to the autopilot.

@@ -5,9 +5,17 @@ from typing import Protocol
 
 from sitl_shim.mavlink.services.clock import Clock
 from sitl_shim.mavlink.services.context import Context
+from sitl_shim.mavlink.services.events import Events
 from sitl_shim.mavlink.services.external_pose import ExternalPoses
+from sitl_shim.mavlink.services.file_tree import FileTree
 from sitl_shim.mavlink.services.files import Files
+from sitl_shim.mavlink.services.flight_logs import FlightLogs
+from sitl_shim.mavlink.services.logs import Logs
+from sitl_shim.mavlink.services.missions import Missions
+from sitl_shim.mavlink.services.parameter_file import NAME as PARAMETER_FILE
+from sitl_shim.mavlink.services.parameter_file import packed_parameters
 from sitl_shim.mavlink.services.parameters import Parameters
+from sitl_shim.mavlink.services.setpoints import PositionSetpoints
 from sitl_shim.mavlink.services.signing_setup import SigningSetup
 from sitl_shim.mavlink.wire import Message
 
@@ -35,11 +43,16 @@ class Services:
 
     def __init__(self, context: Context) -> None:
         poses = ExternalPoses(context)
+        logs = FlightLogs(context.sim, context.personality.name)
         self._services: tuple[Service, ...] = (
             Clock(context, on_answer=poses.timesync_answer),
             poses,
             Parameters(context),
-            Files(context),
+            Missions(context),
+            Files(context, _tree(context, logs)),
+            Logs(context, logs),
+            Events(context),
+            PositionSetpoints(context),
             SigningSetup(context),
         )
         self._handlers: dict[str, Handler] = {}
@@ -58,3 +71,12 @@ class Services:
         """Let every service send what is due at this tick."""
         for service in self._services:
             service.step(now_us)
+
+
+def _tree(context: Context, logs: FlightLogs) -> FileTree:
+    """The files of the flavour: PX4 has no parameter file."""
+    special = {}
+    if context.personality.parameter_file:
+        store = context.sim.autopilot.parameters
+        special[PARAMETER_FILE] = lambda query: packed_parameters(store, query)
+    return FileTree(special, logs.files)

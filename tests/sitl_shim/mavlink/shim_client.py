@@ -137,6 +137,10 @@ class ShimClient:
             for message in self._parser.parse(data)
         ]
 
+    def frames(self, link: int = 0) -> list[bytes]:
+        """Everything, as it came."""
+        return [data for _, data in self._frames[link]]
+
     def received(self, name: str, *, component: int = 1, link: int = 0) -> list[Received]:
         head = _sender_and_id(name, component)
         return [

