@@ -107,6 +107,12 @@ def fly(
             metavar="URL",
         ),
     ] = None,
+    system_id: Annotated[
+        int | None,
+        typer.Option(
+            help="MAVLink system to fly, where several are on the link.", metavar="1 … 255"
+        ),
+    ] = None,
     signing_key_file: Annotated[
         Path | None,
         typer.Option(
@@ -158,7 +164,11 @@ def fly(
     request = FlyRequest(
         mission_file=mission,
         overrides={key: value for key, value in options.items() if value is not None},
-        settings=(*(setting or ()), *(("preflight.fix=true",) if fix else ())),
+        settings=(
+            *(setting or ()),
+            *(("preflight.fix=true",) if fix else ()),
+            *((f"link.system_id={system_id}",) if system_id is not None else ()),
+        ),
         lockstep=lockstep,
         out=out,
         json_output=json_output,

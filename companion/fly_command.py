@@ -21,7 +21,9 @@ from companion.config.yaml_source import ConfigError, settings_of
 from companion.flight.assemble import attitude_gains, infeasibilities, make_stack, make_trajectory
 from companion.flight.conduct import Outcome, OutcomeName
 from companion.flight.embedded_shim import embedded_shim
+from companion.flight.endpoints import Endpoint
 from companion.flight.errors import ShimRefusedError
+from companion.flight.mission_backend import require_mavsdk
 from companion.flight.records import CHANNELS
 from companion.flight.shim_process import ShimOptions
 from companion.link.link import LinkError
@@ -75,6 +77,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
             shim = replace(shim, signing_key=key)
         if config.mission.connect is not None:
             parse_link_url(config.mission.connect)
+        _check_sharing(config.mission, lockstep=request.lockstep)
     except (ConfigError, TrajectoryFileError, LinkError) as error:
         raise BadInputError(str(error)) from error
     problems = infeasibilities(trajectory, config.mission, config.vehicle)
@@ -133,6 +136,25 @@ def _fly(
     from companion.flight.real_time import fly_in_real_time
 
     return fly_in_real_time(config, trajectory, log, observer, shim, signing_key=key)
+
+
+def _check_sharing(mission: MissionConfig, *, lockstep: bool) -> None:
+    """Refuse endpoints and a mission backend that cannot be had.
+
+    Raises:
+        ConfigError: they need real time, or what is not installed.
+        LinkError: an endpoint cannot be one.
+    """
+    link = mission.link
+    if lockstep and (link.forward or link.mission_backend != "companion"):
+        raise ConfigError(
+            "clients of link.forward, MAVSDK among them, live in real time; with --lockstep there "
+            "is none. Leave --lockstep or the setting out."
+        )
+    for endpoint in link.forward:
+        Endpoint(endpoint)
+    if link.mission_backend == "mavsdk":
+        require_mavsdk()
 
 
 def _signing_key(mission: MissionConfig, request: FlyRequest) -> bytes | None:

@@ -21,6 +21,7 @@ from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.inbox import Inbox
 from companion.flight.inspector import Inspector
+from companion.flight.mission_backend import make_backend
 from companion.flight.observer import Observer
 from companion.flight.parameters import Parameters
 from companion.flight.phases import fly
@@ -124,6 +125,7 @@ async def conduct(
         voice,
         Parameters(connection),
         adopt,
+        make_backend(config.mission.link.mission_backend, connection),
         scope,
         None
         if scope is FlightScope.AIRBORNE

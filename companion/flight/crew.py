@@ -13,6 +13,7 @@ from companion.flight.authority import Authority
 from companion.flight.connection import Connection
 from companion.flight.inbox import Inbox
 from companion.flight.inspector import Inspector
+from companion.flight.mission_backend import MissionBackend
 from companion.flight.parameters import Parameters
 from companion.flight.placement import Placement
 from companion.flight.setpoint_stream import SetpointStream
@@ -64,6 +65,8 @@ class Flight:
     parameters: Parameters
     adopt: Callable[[ThrustMeaning], None]
     """Fly with a stack for this meaning of the thrust field."""
+    backend: MissionBackend
+    """Who asks for arming, take-off and landing."""
     scope: FlightScope = FlightScope.WHOLE
     inspector: Inspector | None = None
     """Looks the vehicle over before the flight; None for one that begins in the air."""

@@ -31,7 +31,7 @@ async def land(flight: Flight) -> None:
         if exchange.verdict is Verdict.ACCEPTED:
             await _wait_disarmed(flight)
             return
-    change = await connection.exchanges.change_mode(connection.target, "land")
+    change = await flight.backend.land()
     stream.stop()
     if change.verdict is not Verdict.ACCEPTED:
         raise HandedOverError(change.explanation)

@@ -45,6 +45,8 @@ class Endpoint:
         """
         self.config = config
         self.clients = _clients_of(config)
+        self.trusted = False
+        """For now its commands pass, whatever the configuration says."""
         self.unsent = 0
         """Datagrams or packets that a client did not take."""
         self._talkers: dict[Client, _Talker] = {}
@@ -54,6 +56,12 @@ class Endpoint:
     def description(self) -> str:
         """Where it is, for a person."""
         return self.clients.description
+
+    @property
+    def local_port(self) -> int:
+        """The port that it is bound to, once it is open."""
+        assert self.clients.local is not None
+        return self.clients.local[1]
 
     @property
     def has_talkers(self) -> bool:

@@ -172,7 +172,7 @@ class Forwarder:
         if command is not None and answer is not None:
             self._acknowledge(client, frame, command.command_id, command.target, answer)
             return
-        refusal = judge(frame, self._situation(endpoint.config))
+        refusal = judge(frame, self._situation(endpoint))
         if refusal is not None:
             self._refuse(endpoint, client, frame, refusal)
             return
@@ -184,15 +184,15 @@ class Forwarder:
         for other in self.endpoints:
             other.give([frame.raw], but=client)
 
-    def _situation(self, config: ForwardConfig) -> Situation:
-        connection = self._connection
+    def _situation(self, endpoint: Endpoint) -> Situation:
+        connection, config = self._connection, endpoint.config
         return Situation(
             connection.target,
             connection.dialect,
             connection.reports.armed,
             self._pilot_flies(),
             config.allow_setpoints,
-            config.allow_commands,
+            config.allow_commands or endpoint.trusted,
         )
 
     def _refuse(self, endpoint: Endpoint, client: Client, frame: Frame, refusal: Refusal) -> None:

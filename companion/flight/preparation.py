@@ -9,7 +9,7 @@ from companion.flight.inbox import PilotCommand
 from companion.flight.readiness import become_ready, last_texts
 from companion.flight.setpoint_stream import LONGEST_PAUSE_S
 from companion.flight.stream_rates import measure_streams
-from companion.mavlink.commands import arm, disarm
+from companion.mavlink.commands import disarm
 from companion.mavlink.dialects import dialect_named, dialect_names
 from companion.mavlink.exchange import Verdict
 
@@ -98,6 +98,7 @@ async def _prepare_once(flight: Flight) -> None:
     await become_ready(flight)
     if not measured:
         await measure_streams(flight)
+    await flight.backend.become_ready(mission.timeouts.ready_s)
 
 
 async def _learn(flight: Flight) -> None:
@@ -138,7 +139,7 @@ async def arm_vehicle(flight: Flight) -> None:
     connection = flight.connection
     connection.lost_after_s = flight.mission.timeouts.link_lost_s
     flight.voice.phase("arm")
-    exchange = await connection.exchanges.command(arm(connection.target))
+    exchange = await flight.backend.arm()
     if exchange.verdict is Verdict.REFUSED:
         await connection.waiting.pause(_TEXTS_FOLLOW_S)
         raise FlightRefusedError(

@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator
 
-from companion.config.link_models import ForwardConfig
 from companion.flight.crew import Flight
 from companion.flight.errors import FlightAbortedError
 from companion.flight.forwarding import Forwarder
@@ -44,21 +43,18 @@ def watch_link(flight: Flight) -> None:
 
 
 @contextlib.asynccontextmanager
-async def shared_link(
-    flight: Flight, more: tuple[ForwardConfig, ...] = ()
-) -> AsyncIterator[Forwarder | None]:
+async def shared_link(flight: Flight) -> AsyncIterator[None]:
     """Forward while a flight runs, and after it for as long as a pilot needs the link.
 
     Args:
         flight: whose link it is.
-        more: endpoints beside the mission's own.
 
     Raises:
         LinkError: an endpoint cannot be opened.
     """
-    endpoints = (*flight.mission.link.forward, *more)
+    endpoints = (*flight.mission.link.forward, *flight.backend.endpoints)
     if not endpoints:
-        yield None
+        yield
         return
     over = False
     forwarder = Forwarder(
@@ -68,8 +64,10 @@ async def shared_link(
         lambda: over or flight.authority.handed_over,
     )
     await forwarder.open()
+    if flight.backend.endpoints:
+        flight.backend.attach(forwarder.endpoints[-1])
     try:
-        yield forwarder
+        yield
     except asyncio.CancelledError:
         raise
     except BaseException:
@@ -80,6 +78,7 @@ async def shared_link(
         over = True
         await _stay_for_the_pilot(flight, forwarder)
     finally:
+        await flight.backend.close()
         forwarder.close()
         refused = ", ".join(f"{count} {what}" for what, count in sorted(forwarder.refused.items()))
         flight.voice.tell(

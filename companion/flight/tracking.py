@@ -32,7 +32,7 @@ async def take_off(flight: Flight) -> None:
     begins_in, holds_in = dialect.takeoff_modes[0], dialect.takeoff_modes[-1]
     flight.authority.expect(connection.mode, *dialect.takeoff_modes)
     flight.voice.phase("take off", "by the autopilot")
-    exchange = await connection.exchanges.command(dialect.takeoff(connection.target, height_m))
+    exchange = await flight.backend.take_off(height_m)
     if exchange.verdict is not Verdict.ACCEPTED:
         raise FlightAbortedError(
             f"Take-off was refused: {exchange.explanation}.{last_texts(flight)}"

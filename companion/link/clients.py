@@ -34,6 +34,8 @@ class Clients(Protocol):
     on_data: OnData | None
     on_gone: Callable[[Client], None] | None
     datagrams: bool
+    local: tuple[str, int] | None
+    """Where it is bound, once it is open."""
 
     @property
     def description(self) -> str:
