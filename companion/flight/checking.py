@@ -121,7 +121,9 @@ async def _check(order: CheckOrder, connection: Connection, tell: Tell) -> Check
             )
         if connection.waiting.failure is not None:
             raise connection.waiting.failure
-        facts = await gather(connection, _MEASURED_S, all_of_it=True)
+        facts = await gather(
+            connection, _MEASURED_S, all_of_it=True, with_mocap=mission.mocap is not None
+        )
         _refuse_silence(connection)
         plan = plan_to_check(order.config, order.trajectory, connection.our_system_id)
         findings = accepting(judge(facts, plan), mission.preflight.accept)

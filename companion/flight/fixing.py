@@ -87,7 +87,7 @@ async def restore_parameters(
             else:
                 exchange = await parameters.set(change.name, change.old)
                 if exchange.verdict is Verdict.ACCEPTED:
-                    tell("info", f"restored {change.name} from {change.new:g} to {change.old:g}")
+                    tell("warning", f"restored {change.name} from {change.new:g} to {change.old:g}")
                 else:
                     problems.append(
                         f"{change.name} could not be set back to {change.old:g}: "

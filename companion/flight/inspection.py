@@ -32,7 +32,9 @@ _RELEASES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc"}
 _LOCAL_HOSTS = ("127.", "localhost", "[::1]", "embedded")
 
 
-async def gather(connection: Connection, measured_s: float, *, all_of_it: bool) -> Facts:
+async def gather(
+    connection: Connection, measured_s: float, *, all_of_it: bool, with_mocap: bool = False
+) -> Facts:
     """Ask for parameters and the version, and listen to the streams meanwhile.
 
     Streams must have been asked for, and the clock be valid.
@@ -41,6 +43,7 @@ async def gather(connection: Connection, measured_s: float, *, all_of_it: bool) 
         connection: to a vehicle that is known.
         measured_s: how long the streams are measured at least, by the autopilot's clock.
         all_of_it: ask also for home and the estimator's state.
+        with_mocap: read also what the estimator does with poses from outside.
 
     Raises:
         FlightAbortedError: the link was lost, or the wait was ended from outside.
@@ -52,7 +55,8 @@ async def gather(connection: Connection, measured_s: float, *, all_of_it: bool) 
     heard = (*(stream.message_id for stream in connection.streams), *_ASKED_FOR)
     ears = Ears(connection, dict.fromkeys(heard), begun_s)
     try:
-        names = dict.fromkeys((*parameters_to_read(dialect.name), *dialect.flight_parameters))
+        wanted = parameters_to_read(dialect.name, with_mocap=with_mocap)
+        names = dict.fromkeys((*wanted, *dialect.flight_parameters))
         parameters = await _read(connection, names)
         await _ask(connection, MessageId.AUTOPILOT_VERSION)
         if all_of_it:

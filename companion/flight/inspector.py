@@ -67,7 +67,12 @@ class Inspector:
             FlightAbortedError: the link was lost, or the wait was ended from outside.
         """
         connection, mission = self._connection, self._config.mission
-        facts = await gather(connection, _LISTENED_S, all_of_it=False)
+        facts = await gather(
+            connection,
+            _LISTENED_S,
+            all_of_it=False,
+            with_mocap=mission.mocap is not None,
+        )
         plan = plan_to_check(self._config, self._trajectory, connection.our_system_id)
         findings = judge(facts, plan, settled=False)
         if mission.preflight.fix:

@@ -37,6 +37,7 @@ def plan_to_check(config: FlightConfig, trajectory: Trajectory, our_system_id: i
         problems=tuple(infeasibilities(trajectory, mission, vehicle)),
         reach_m=reach_m,
         height_m=height_m,
+        mocap=mission.mocap is not None,
         battery_refuse_below=mission.preflight.battery_refuse_below,
         battery_warn_below=mission.preflight.battery_warn_below,
         thrust_field=mission.preflight.thrust_field,

@@ -118,6 +118,8 @@ class Plan:
     """How far the trajectory goes from where the vehicle takes off, horizontally."""
     height_m: float
     """How high it goes above where the vehicle stands."""
+    mocap: bool = False
+    """Poses of motion capture are sent to the autopilot."""
     battery_refuse_below: float = 0.15
     battery_warn_below: float = 0.35
     thrust_field: Literal["any", "thrust", "climb_rate"] = "any"

@@ -1,6 +1,6 @@
 """All judgements together, in the order in which they are told."""
 
-from companion.preflight import failsafe_ardupilot, failsafe_px4, fence, thrust
+from companion.preflight import failsafe_ardupilot, failsafe_px4, fence, mocap, thrust
 from companion.preflight.battery import judge_battery
 from companion.preflight.estimator import judge_estimator
 from companion.preflight.facts import Facts, Plan
@@ -9,6 +9,7 @@ from companion.preflight.failsafe_px4 import judge_px4_failsafe
 from companion.preflight.fence import judge_autopilot_fence, judge_trajectory
 from companion.preflight.finding import Finding
 from companion.preflight.link import judge_link
+from companion.preflight.mocap import judge_mocap
 from companion.preflight.streams import judge_streams
 from companion.preflight.thrust import judge_ardupilot_thrust, judge_px4_thrust
 from companion.preflight.vehicle import judge_vehicle
@@ -23,9 +24,15 @@ _PARAMETERS = {
 }
 
 
-def parameters_to_read(autopilot: str) -> tuple[str, ...]:
-    """Names of the autopilot's parameters that the judgements look at."""
-    return _PARAMETERS.get(autopilot, ())
+def parameters_to_read(autopilot: str, *, with_mocap: bool) -> tuple[str, ...]:
+    """Names of the autopilot's parameters that the judgements look at.
+
+    Args:
+        autopilot: its dialect's name.
+        with_mocap: those of its estimator, too.
+    """
+    names = _PARAMETERS.get(autopilot, ())
+    return (*names, *mocap.PARAMETERS.get(autopilot, ())) if with_mocap else names
 
 
 def judge(facts: Facts, plan: Plan, *, settled: bool = True) -> list[Finding]:
@@ -43,6 +50,7 @@ def judge(facts: Facts, plan: Plan, *, settled: bool = True) -> list[Finding]:
         *judge_link(facts.link, facts.identity, plan),
         *_failsafe(facts, plan),
         *_thrust(facts, plan),
+        *_mocap(facts, plan),
         *judge_battery(facts.battery, plan),
         *judge_trajectory(plan),
         *judge_autopilot_fence(facts, plan),
@@ -59,3 +67,10 @@ def _thrust(facts: Facts, plan: Plan) -> list[Finding]:
     if facts.identity.autopilot == "ardupilot":
         return judge_ardupilot_thrust(facts, plan)
     return judge_px4_thrust(facts, plan)
+
+
+def _mocap(facts: Facts, plan: Plan) -> list[Finding]:
+    autopilot = facts.identity.autopilot
+    if not plan.mocap or autopilot not in ("px4", "ardupilot"):
+        return []
+    return judge_mocap("px4" if autopilot == "px4" else "ardupilot", facts.parameters)

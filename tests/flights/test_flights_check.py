@@ -289,9 +289,9 @@ def test_restore_sets_back_in_reverse_and_leaves_what_somebody_else_has_set():
     checked = check("ardupilot", parameters=now, told=told, listener=listener, restore=restore)
     assert checked.restored
     assert [(s, t.split()[0:2]) for s, t in told] == [
-        ("info", ["restored", "FS_GCS_ENABLE"]),
+        ("warning", ["restored", "FS_GCS_ENABLE"]),
         ("warning", ["MAV_GCS_SYSID", "is"]),
-        ("info", ["restored", "GUID_TIMEOUT"]),
+        ("warning", ["restored", "GUID_TIMEOUT"]),
     ]
     assert [finding.subject for finding in checked.findings] == ["--restore"]
     assert not {511, 512} & {command[7] for command in listener.commands}

@@ -58,7 +58,7 @@ def test_every_parameter_that_may_be_set_is_one_that_is_read():
     bad = replace(bad, thrust=ThrustMeaning("climb_rate", 0.5, 1.5))
     names = {change.name for change in changes_of(judge(bad, PLAN))}
     assert names == {"GUID_TIMEOUT", "FS_GCS_ENABLE", "MAV_GCS_SYSID", "WPNAV_SPEED_UP"}
-    assert names < set(parameters_to_read("ardupilot"))
+    assert names < set(parameters_to_read("ardupilot", with_mocap=False))
 
 
 @pytest.mark.parametrize(
@@ -232,3 +232,29 @@ def test_a_refusal_that_is_accepted_warns_and_others_stay():
     findings = accepting(judge(facts, PLAN), ["COM_OBL_RC_ACT"])
     assert finding_of(findings, "COM_OBL_RC_ACT").verdict is Verdict.WARNING
     assert finding_of(findings, "ODOMETRY").verdict is Verdict.REFUSAL
+
+
+@pytest.mark.parametrize(
+    ("facts", "fitting"),
+    [
+        (PX4, {"EKF2_EV_CTRL": 15.0, "EKF2_GPS_CTRL": 0.0, "EKF2_HGT_REF": 3.0}),
+        (
+            ARDUPILOT,
+            {"VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 6.0, "EK3_SRC1_POSZ": 6.0, "EK3_SRC1_YAW": 6.0,
+             "EK3_SRC1_VELXY": 0.0, "EK3_SRC1_VELZ": 0.0},
+        ),
+    ],
+)  # fmt: skip
+def test_with_motion_capture_the_estimator_must_be_set_to_use_it(facts, fitting):
+    plan = replace(PLAN, mocap=True)
+    autopilot = facts.identity.autopilot
+    assert set(fitting) <= set(parameters_to_read(autopilot, with_mocap=True))
+    assert worst(judge(with_parameters(facts, **fitting), plan)) is Verdict.OK
+    for name, value in fitting.items():
+        wrong = with_parameters(facts, **fitting | {name: value + 1.0 if value < 8 else 0.0})
+        found = finding_of(judge(wrong, plan), name)
+        assert found.verdict is Verdict.WARNING
+        assert found.change is None or found.change.new == value
+    unread = {f.subject: f.verdict for f in judge(facts, plan)}
+    assert all(unread[name] is Verdict.WARNING for name in fitting)
+    assert worst(judge(facts, PLAN)) is Verdict.OK
