@@ -20,6 +20,7 @@ from sitl_shim.simulation import Simulation
 _NAN = math.nan
 _GRAVITY_M_S2 = 9.80665
 _FRAME_LOCAL_NED = 1
+_PX4_OFFBOARD = 0x00060000
 _ESTIMATOR_AUTOPILOT = 8
 _POSE_COVARIANCE = [_NAN] * 21
 for _place, _variance in {0: 1e-4, 6: 1e-4, 11: 1e-4, 15: 1e-4, 18: 1e-4, 20: 1e-3}.items():
@@ -176,9 +177,14 @@ def attitude_target(sim: Simulation) -> Message:
     )
 
 
-def position_target_local_ned(sim: Simulation) -> Message:
-    """POSITION_TARGET_LOCAL_NED (85): NaN while position control is idle."""
+def position_target_local_ned(sim: Simulation) -> Message | None:
+    """POSITION_TARGET_LOCAL_NED (85): NaN while position control is idle.
+
+    None while attitudes or rates are followed: PX4 has no such setpoint to tell then.
+    """
     target = sim.autopilot.position_target
+    if target is None and sim.autopilot.heartbeat.custom_mode == _PX4_OFFBOARD:
+        return None
     idle = (_NAN, _NAN, _NAN)
     if target is None:
         yaw = math.radians(_heading_deg(sim))

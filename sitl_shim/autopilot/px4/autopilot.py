@@ -208,7 +208,7 @@ class Px4Autopilot:
         """The bit sets of SYS_STATUS."""
         commander = self._commander
         return arming.sensor_health(
-            self._time_us, ready=commander.ready, checks_pass=commander.can_arm
+            self._time_us, ready=commander.ready, checks_pass=commander.checks_pass
         )
 
     @property

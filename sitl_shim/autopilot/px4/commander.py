@@ -107,6 +107,11 @@ class Commander:
         )
 
     @property
+    def checks_pass(self) -> bool:
+        """PREARM_CHECK in SYS_STATUS: whether the mode that flies has what it needs."""
+        return self.ready and self._can_run(self.mode)
+
+    @property
     def mission_available(self) -> bool:
         """Whether there is a mission to fly."""
         return bool(self._plan.items)
