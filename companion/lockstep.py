@@ -20,12 +20,14 @@ from companion.flight.conduct import Outcome, conduct
 from companion.flight.crew import FlightScope
 from companion.flight.errors import ShimRefusedError
 from companion.flight.inbox import Inbox
+from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
 from companion.flight.placement import PlacedTrajectory, place
 from companion.flight.shim_process import ShimOptions, with_state_rate
 from companion.flight.signals import commands_by_signal
 from companion.link.memory import MemoryLink
 from companion.mavlink.signing import Signing
+from companion.mocap.bridge import MocapBridge
 from companion.recording.flight_log import FlightLog
 from companion.trajectories.trajectory import Trajectory
 from sitl_shim import lockstep as shim_lockstep
@@ -50,6 +52,7 @@ def fly_in_lockstep(
     make_solver: QpSolverFactory | None = None,
     airborne: bool = False,
     signing_key: bytes | None = None,
+    from_cameras: Tap | None = None,
 ) -> Outcome:
     """Fly the embedded shim in simulated time, as fast as the processor allows.
 
@@ -67,6 +70,8 @@ def fly_in_lockstep(
             soon as the scored part is over, with the outcome ``tracked``.  For studies of many
             flights: it saves take-off, approach, return and landing.
         signing_key: 32 bytes, of companion and shim; None: packets are not signed.
+        from_cameras: may change each datagram of the room's cameras, which look if the mission
+            has motion capture; an empty one is lost.
 
     Raises:
         ShimRefusedError: the shim can't simulate what it was asked for.
@@ -84,6 +89,7 @@ def fly_in_lockstep(
             make_solver,
             airborne,
             signing_key,
+            from_cameras,
         )
     )
 
@@ -125,9 +131,14 @@ async def _fly(
     make_solver: QpSolverFactory | None,
     airborne: bool,
     signing_key: bytes | None,
+    from_cameras: Tap | None,
 ) -> Outcome:
     first = _first_point(config, trajectory) if airborne else None
-    async with _embedded(config, options, signing_key, from_shim, to_shim, first) as way:
+    mocap = _motion_capture(config)
+    on_frame = None if mocap is None else _cameras(mocap, from_cameras)
+    async with _embedded(
+        config, options, signing_key, from_shim, to_shim, first, on_frame=on_frame
+    ) as way:
         with commands_by_signal(inbox, observer):
             return await conduct(
                 config,
@@ -140,7 +151,27 @@ async def _fly(
                 make_solver=make_solver,
                 scope=FlightScope.AIRBORNE if airborne else FlightScope.WHOLE,
                 signing=way.signing,
+                mocap=mocap,
             )
+
+
+def _motion_capture(config: FlightConfig) -> MotionCapture | None:
+    """The bridge for the cameras of the simulated room."""
+    if config.mission.mocap is None:
+        return None
+    return MotionCapture(MocapBridge(config.mission.mocap), "the simulated room")
+
+
+def _cameras(mocap: MotionCapture, tap: Tap | None) -> Callable[[bytes], None]:
+    """Takes the frames of the room's cameras to the bridge."""
+    time_s = asyncio.get_running_loop().time
+
+    def take(data: bytes) -> None:
+        arriving = data if tap is None else tap(data)
+        if arriving:
+            mocap.bridge.receive(arriving, time_s())
+
+    return take
 
 
 async def _check(
@@ -170,6 +201,7 @@ async def _embedded(
     from_shim: Tap | None,
     to_shim: Tap | None,
     airborne_at_enu_m: tuple[float, float, float] | None = None,
+    on_frame: Callable[[bytes], None] | None = None,
 ) -> AsyncIterator[_Way]:
     """Run a shim, with an open link to it.
 
@@ -203,6 +235,7 @@ async def _embedded(
                 airborne_at_enu_m=airborne_at_enu_m,
             ),
             to_companion,
+            on_frame=on_frame,
         )
     except ValueError as error:
         raise ShimRefusedError(str(error)) from error

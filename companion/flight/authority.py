@@ -1,5 +1,7 @@
 """Who flies: the companion, until a person says otherwise or somebody else takes over."""
 
+from collections.abc import Callable
+
 from companion.flight.connection import Connection
 from companion.flight.errors import DisarmedError, HandedOverError, LandingAskedError
 from companion.flight.inbox import Inbox, PilotCommand
@@ -29,6 +31,8 @@ class Authority:
         self._streaming = False
         self._landing = False
         self._restarts = 0
+        self.fault: Callable[[], Exception | None] = lambda: None
+        """What else ends a flight by a landing; None while all is well."""
         self.handed_over = False
         """True while somebody else flies: a person, or the autopilot's failsafe."""
 
@@ -93,7 +97,7 @@ class Authority:
             self._voice.tell("info", "landing already")
         elif command is PilotCommand.RESUME:
             self._voice.tell("info", "nothing to resume: the companion flies")
-        return None
+        return None if self._landing else self.fault()
 
     def _after_abort(self) -> str:
         """What the vehicle does now, for a person."""

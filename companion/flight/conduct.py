@@ -22,6 +22,7 @@ from companion.flight.errors import FlightAbortedError, FlightRefusedError, Link
 from companion.flight.inbox import Inbox
 from companion.flight.inspector import Inspector
 from companion.flight.mission_backend import make_backend
+from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
 from companion.flight.parameters import Parameters
 from companion.flight.phases import fly
@@ -76,6 +77,7 @@ async def conduct(
     make_solver: QpSolverFactory | None = None,
     scope: FlightScope = FlightScope.WHOLE,
     signing: Signing | None = None,
+    mocap: MotionCapture | None = None,
 ) -> Outcome:
     """Fly over a link.
 
@@ -92,6 +94,7 @@ async def conduct(
         scope: whether to take over a vehicle that is in the air already.  Only for a simulated
             one, which nobody else can be flying.
         signing: signs and checks the packets of the link; None for one without a key.
+        mocap: poses for the autopilot; None if it needs none of ours.
 
     Raises:
         LinkError: an endpoint of `link.forward` cannot be opened.
@@ -130,6 +133,7 @@ async def conduct(
         None
         if scope is FlightScope.AIRBORNE
         else Inspector(config, trajectory, connection, voice, log.folder),
+        mocap=mocap,
     )
     connection.on_trouble = partial(voice.tell, "error")
     connection.admission.on_rejected = partial(voice.tell, "warning")
@@ -142,6 +146,9 @@ async def conduct(
         connection.housekeeping(partial(voice.tell, "error")),
         stream.watch(),
     ]
+    if mocap is not None:
+        flight.authority.fault = mocap.fault
+        helpers.append(mocap.run(connection, voice))
     if real_time:
         helpers.append(measure_timer_noise(noise))
     completed, name, note = False, "aborted", ""

@@ -64,6 +64,8 @@ class ControlLoop:
         self._desired_yaw_rad = 0.0
         self._newest: VehicleState | None = None
         self._plan_status: MpcStatus = "closed_form"
+        self.idle = False
+        """While holding: no thrust.  For collective thrust, before take-off."""
 
     def adopt(self, stack: Stack, limits: SupervisorLimits) -> None:
         """Fly with another stack and other limits from now on; only while holding.
@@ -231,4 +233,5 @@ class ControlLoop:
         """
         cosine = tilt_cosine(state.attitude_flu_to_enu)
         field = self._stack.thrust.hold(self._thrust_memory, climb_rate_m_s, cosine)
+        field = 0.0 if self.idle else field
         return quaternion_from_euler(0.0, 0.0, yaw_of(state.attitude_flu_to_enu)), field

@@ -14,6 +14,7 @@ from companion.flight.connection import Connection
 from companion.flight.inbox import Inbox
 from companion.flight.inspector import Inspector
 from companion.flight.mission_backend import MissionBackend
+from companion.flight.motion_capture import MotionCapture
 from companion.flight.parameters import Parameters
 from companion.flight.placement import Placement
 from companion.flight.setpoint_stream import SetpointStream
@@ -71,3 +72,5 @@ class Flight:
     inspector: Inspector | None = None
     """Looks the vehicle over before the flight; None for one that begins in the air."""
     progress: Progress = field(default_factory=Progress)
+    mocap: MotionCapture | None = None
+    """The poses that the autopilot is given; None if it needs none of ours."""

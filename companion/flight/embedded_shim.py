@@ -6,6 +6,7 @@ from companion.config.models import MissionConfig
 from companion.config.resolve import FlightConfig, find_config, shipped_names
 from companion.config.yaml_source import ConfigError, read_yaml
 from companion.flight.shim_process import ShimOptions
+from companion.mocap.parameters import misfits
 
 _BOOT_SCALES = {"ardupilot": 0.1}
 """A real ArduPilot takes 42 s until its estimator has a position: nobody learns from the wait."""
@@ -26,7 +27,29 @@ def embedded_shim(config: FlightConfig) -> ShimOptions:
         seed=mission.seed,
         sensors=mission.sensors,
         boot_scale=_BOOT_SCALES.get(autopilot, 1.0),
+        parameters=_parameters(mission, autopilot),
     )
+
+
+def _parameters(mission: MissionConfig, autopilot: str) -> dict[str, float]:
+    """What differs from the vehicle's parameters: motion capture is for a room without satellites.
+
+    Raises:
+        ConfigError: the shim cannot do that.
+    """
+    if mission.mocap is None:
+        return {}
+    if autopilot != "px4":
+        raise ConfigError(
+            "the embedded ArduPilot shim does not fuse poses. Leave motion capture out (--mocap, "
+            "`mocap`), or fly PX4 or a real vehicle with it."
+        )
+    if mission.mocap.system != "udp":
+        raise ConfigError(
+            f"the embedded shim's cameras speak mocap.system udp, not {mission.mocap.system}. "
+            "Set that, or fly a real vehicle with --connect."
+        )
+    return {misfit.name: misfit.wanted for misfit in misfits("px4", {})}
 
 
 def _plant(config: FlightConfig) -> str:

@@ -55,7 +55,11 @@ async def fly(flight: Flight) -> Ending:
             standing = flight.connection.state
             assert standing is not None
             flight.progress.ground_up_m = standing.position_enu_m[2]
-            await arm_vehicle(flight)
+            try:
+                await arm_vehicle(flight)
+            except BaseException:
+                flight.stream.stop()  # an idle one may flow, for a vehicle to be armed in its mode
+                raise
         return await _fly_armed(flight)
     finally:
         if flight.inspector is not None:

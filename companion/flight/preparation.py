@@ -95,6 +95,8 @@ async def _prepare_once(flight: Flight) -> None:
     measured = connection.state is not None
     if measured:
         await measure_streams(flight)
+    if flight.mocap is not None:
+        await flight.mocap.wait_for_poses(connection, wait_s)
     await become_ready(flight)
     if not measured:
         await measure_streams(flight)
@@ -138,6 +140,8 @@ async def arm_vehicle(flight: Flight) -> None:
     """
     connection = flight.connection
     connection.lost_after_s = flight.mission.timeouts.link_lost_s
+    if flight.mocap is not None:
+        flight.mocap.check()
     flight.voice.phase("arm")
     exchange = await flight.backend.arm()
     if exchange.verdict is Verdict.REFUSED:

@@ -5,6 +5,7 @@ import asyncio
 from companion.flight.connection import Connection
 from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
+from companion.flight.ground_stream import OnlyTheMode, stand_in_setpoint_mode
 from companion.mavlink.exchange import Verdict
 from companion.mavlink.messages import MessageId
 
@@ -78,7 +79,9 @@ async def become_ready(flight: Flight) -> None:
         news = progress.news(readiness.missing, loop.time())
         if news is not None:
             voice.tell("info", news)
-        return readiness.ready or overwritten() or reported.silent(loop.time())
+        return readiness.ready or overwritten() or only_the_mode() or reported.silent(loop.time())
+
+    only_the_mode = OnlyTheMode(flight)
 
     def overwritten() -> bool:
         return mode is not None and connection.mode != mode
@@ -112,6 +115,9 @@ async def become_ready(flight: Flight) -> None:
             lambda: _not_ready(flight, ready_s),
         )
         if connection.readiness.ready:
+            return
+        if only_the_mode():
+            await stand_in_setpoint_mode(flight, max(1.0, deadline_s - loop.time()))
             return
 
 

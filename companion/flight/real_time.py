@@ -4,12 +4,15 @@ import asyncio
 import contextlib
 import gc
 import time
+from dataclasses import replace
 from functools import partial
 
+from companion.config.mocap_models import MocapConfig
 from companion.config.resolve import FlightConfig
 from companion.flight.command_socket import CommandServer
 from companion.flight.conduct import Outcome, conduct
 from companion.flight.inbox import Inbox
+from companion.flight.motion_capture import motion_capture
 from companion.flight.observer import Observer
 from companion.flight.shim_process import (
     ShimOptions,
@@ -50,6 +53,7 @@ def fly_in_real_time(
 
     Raises:
         LinkError: the link can't be opened.
+        MocapError: the motion capture's poses can't be listened for.
         ShimRefusedError: the embedded shim can't simulate what it was asked for.
     """
     with asyncio.Runner() as runner:
@@ -65,6 +69,14 @@ def _signing(config: FlightConfig, key: bytes | None) -> Signing | None:
     link = config.mission.link.signing
     link_id = 0 if link is None else link.link_id
     return Signing(key, lambda: epoch_unix_s + loop.time(), link_id)
+
+
+def _listening(config: FlightConfig, options: ShimOptions | None) -> MocapConfig | None:
+    """Where poses are listened for: the embedded shim's cameras take any free port."""
+    mocap = config.mission.mocap
+    if mocap is None or options is None:
+        return mocap
+    return mocap.model_copy(update={"host": "127.0.0.1", "port": 0})
 
 
 def log_base_us() -> int:
@@ -90,11 +102,13 @@ async def _fly(
     )
     server = CommandServer(inbox)
     shim: ShimProcess | None = None
+    room = contextlib.AsyncExitStack()
     await link.open()
     # A collection of everything that was imported takes milliseconds; none of it is garbage.
     gc.collect()
     gc.freeze()
     try:
+        mocap = await room.enter_async_context(motion_capture(_listening(config, options)))
         try:
             await server.open()
         except OSError as error:
@@ -103,6 +117,8 @@ async def _fly(
             assert isinstance(link, UdpLink)
             assert link.local is not None
             options = with_state_rate(options, config.mission.state_rate_hz)
+            if mocap is not None:
+                options = replace(options, mocap_port=mocap.port)
             shim = await start_shim(options, link.local[1])
         with commands_by_signal(inbox, observer):
             return await conduct(
@@ -115,9 +131,11 @@ async def _fly(
                 real_time=True,
                 lost=shim.lost if shim else None,
                 signing=signing,
+                mocap=mocap,
             )
     finally:
         link.close()
+        await room.aclose()
         with contextlib.suppress(OSError):
             await server.close()
         if shim is not None:

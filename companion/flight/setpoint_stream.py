@@ -82,10 +82,15 @@ class SetpointStream:
         """When the last setpoint went out; None if none has since the start."""
         connection.on_state = self._on_state
 
-    def start(self) -> None:
-        """Begin to stream, holding; a clean ladder."""
+    def start(self, *, idle: bool = False) -> None:
+        """Begin to stream, holding; a clean ladder.
+
+        Args:
+            idle: with no thrust, for a vehicle that stands and shall go on standing.
+        """
         self.handing_over.cancel()
         self.control.release()
+        self.control.idle = idle
         self._announcer.clear()
         self._fresh_s = asyncio.get_running_loop().time()
         self._unusable = ""

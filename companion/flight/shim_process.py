@@ -30,6 +30,8 @@ class ShimOptions:
     """Autopilot parameters that differ from the vehicle's, by name."""
     boot_scale: float = 1.0
     """What the time from boot to readiness is multiplied by."""
+    mocap_port: int | None = None
+    """UDP port to which the room's cameras send poses; None: there are none."""
     signing_key: bytes | None = field(default=None, repr=False)
     """32 bytes, with which packets are signed and must be signed; None: they need not be."""
 
@@ -111,6 +113,7 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
         *([] if options.boot_scale == 1.0 else [f"--boot-scale={options.boot_scale}"]),
         *([] if options.sensors is None else [f"--sensors={options.sensors}"]),
         *(f"--parameter={name}={value}" for name, value in options.parameters.items()),
+        *([] if options.mocap_port is None else [f"--mocap-port={options.mocap_port}"]),
         "--onboard-port=0",
         f"--onboard-remote={companion_port}",
         "--gcs-port=0",

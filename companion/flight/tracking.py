@@ -7,6 +7,7 @@ import numpy as np
 from companion.flight.assemble import fence_infeasibilities
 from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError
+from companion.flight.ground_stream import risen_without_satellites
 from companion.flight.placement import PlacedTrajectory, Placement, place
 from companion.flight.readiness import last_texts
 from companion.flight.reports import LANDED_IN_AIR
@@ -51,8 +52,10 @@ async def take_off(flight: Flight) -> None:
         lambda: f"The autopilot accepted the take-off but stays in mode {connection.mode}.",
     )
     flight.authority.expect(*dialect.takeoff_modes)
+    # An idle stream that armed it must not flow on: back in its mode the vehicle would fall.
+    flight.stream.stop()
     await connection.waiting.until(
-        risen,
+        lambda: risen() or risen_without_satellites(flight, height_m),
         connection.loop_seconds(mission.timeouts.takeoff_s),
         lambda: (
             f"The take-off did not end within {mission.timeouts.takeoff_s:g} s "

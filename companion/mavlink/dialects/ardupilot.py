@@ -105,6 +105,7 @@ class ArduPilot:
     )
     """Without a stream it would keep the last target for GUID_TIMEOUT and then drift, level."""
     mode_before_arming = "guided"
+    arms_in_setpoint_mode = False
     takeoff_modes = ("guided",)
     setpoint_mode = "guided"
     stream_before_mode_s = 0.0

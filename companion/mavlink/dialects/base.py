@@ -138,6 +138,10 @@ class AutopilotDialect(Protocol):
         """The mode to arm in, asked for and verified; None if any will do."""
 
     @property
+    def arms_in_setpoint_mode(self) -> bool:
+        """True if it can be armed under an idle stream of attitudes, without any position."""
+
+    @property
     def takeoff_modes(self) -> tuple[str, ...]:
         """Modes of a take-off in their order; in the last one it holds."""
 

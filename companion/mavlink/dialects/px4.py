@@ -77,6 +77,7 @@ class Px4:
         "COM_OF_LOSS_T, 1 s by default",
     )
     mode_before_arming = None
+    arms_in_setpoint_mode = True
     takeoff_modes = ("takeoff", "loiter")
     setpoint_mode = "offboard"
     stream_before_mode_s = 1.0

@@ -1,0 +1,119 @@
+"""Motion capture beside a flight: poses to the autopilot, and what is done when they stop.
+
+Before arming, a stream that does not run refuses the flight.  In flight its loss lands the vehicle,
+by the autopilot: its estimator goes on with inertial sensors alone, which is good for a few seconds
+of landing (PX4 says its position is lost after EKF2_NOAID_TOUT, 5 s, and then descends without
+one), and for nothing else.  To hand over would be worse: PX4's failsafe for a stream that stops
+holds a position, which nobody measures any more.
+"""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable
+
+from companion.config.mocap_models import MocapConfig
+from companion.flight.connection import Connection
+from companion.flight.errors import FlightAbortedError, FlightRefusedError
+from companion.flight.voice import Voice
+from companion.mavlink.messages import Outgoing
+from companion.mocap.bridge import MocapBridge
+from companion.mocap.sources import open_source
+
+
+class MotionCapture:
+    """The stream of poses, as a flight sees it.
+
+    Args:
+        bridge: takes the poses and makes the messages.
+        source: where they come from, for a person.
+        port: the UDP port that is listened on; 0 if none is.
+        trouble: why none can come any more; empty as long as one can.
+    """
+
+    def __init__(
+        self,
+        bridge: MocapBridge,
+        source: str,
+        *,
+        port: int = 0,
+        trouble: Callable[[], str] = lambda: "",
+    ) -> None:
+        self.bridge = bridge
+        self.source = source
+        self.port = port
+        self._trouble = trouble
+
+    async def run(self, connection: Connection, voice: Voice) -> None:
+        """Send poses as soon as there is a vehicle, until cancelled."""
+        self.bridge.on_lost = connection.waiting.wake
+
+        def send(outgoing: Outgoing) -> None:
+            if connection.peers.vehicle is not None:
+                connection.send(outgoing)
+
+        await self.bridge.run(send, voice.tell)
+
+    async def wait_for_poses(self, connection: Connection, wait_s: float) -> None:
+        """Wait until poses come in.
+
+        Raises:
+            FlightAbortedError: none did; the text says what came instead.
+        """
+        loop = asyncio.get_running_loop()
+        await connection.waiting.until(
+            lambda: self.bridge.alive(loop.time()) or bool(self._trouble()),
+            wait_s,
+            lambda: self._nothing(f"within {wait_s:g} s"),
+        )
+        if not self.bridge.alive(loop.time()):
+            raise FlightAbortedError(self._nothing("from the beginning"))
+
+    def check(self) -> None:
+        """Make sure that poses come in, for the moment before arming.
+
+        Raises:
+            FlightRefusedError: they do not.
+        """
+        if self._lost():
+            raise FlightRefusedError(
+                self._nothing(f"for {self.bridge.config.timeout_s:g} s") + " Nothing was armed."
+            )
+
+    def fault(self) -> FlightAbortedError | None:
+        """What ends the flight by a landing; None while poses come in."""
+        if not self._lost():
+            return None
+        return FlightAbortedError(
+            self._nothing(f"for {self.bridge.config.timeout_s:g} s")
+            + " The autopilot does not know its position for long without them."
+        )
+
+    def _lost(self) -> bool:
+        return not self.bridge.alive(asyncio.get_running_loop().time())
+
+    def _nothing(self, since: str) -> str:
+        trouble = self._trouble()
+        return (
+            f"No usable pose of '{self.bridge.config.body}' came {since} from {self.source} "
+            f"({self.bridge.describe()})." + (f" {trouble}." if trouble else "")
+        )
+
+
+@contextlib.asynccontextmanager
+async def motion_capture(config: MocapConfig | None) -> AsyncIterator[MotionCapture | None]:
+    """Open the source of a mission's poses; None for a mission without.
+
+    Raises:
+        MocapError: it can't be opened.
+    """
+    if config is None:
+        yield None
+        return
+    bridge = MocapBridge(config)
+    source = await open_source(config, bridge.receive)
+    try:
+        yield MotionCapture(
+            bridge, source.description, port=source.port, trouble=lambda: source.trouble
+        )
+    finally:
+        await source.close()
