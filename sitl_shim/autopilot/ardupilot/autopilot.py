@@ -134,7 +134,9 @@ class ArduCopter:
         control, commander = self._control, self._commander
         if self.parameters.revision != self._revision:
             self._revision = self.parameters.revision
-            control.configure()
+            cascade = control.cascade
+            cascade.configure()
+            cascade.motors.hover = self.parameters["MOT_THST_HOVER"]
         commander.step(time_us, control.situation(commander.mode, armed=commander.armed))
         self._height_m = motion.position_enu_m[2]
         armed = commander.armed
@@ -149,7 +151,10 @@ class ArduCopter:
             self._set_home(motion)
         if armed:
             home = self._home or (0.0, 0.0, 0.0)
-            self._commands = control.fly(time_us, motion, commander.mode, home)
+            known = self._boot.estimator.position_known
+            self._commands = control.fly(
+                time_us, motion, commander.mode, home, position_known=known
+            )
         else:
             self._commands = STOPPED
             control.stand_by(motion)
@@ -163,7 +168,7 @@ class ArduCopter:
 
     def _keep_learned_hover(self) -> None:
         if self.parameters["MOT_HOVER_LEARN"] == 2.0:
-            self.parameters.set("MOT_THST_HOVER", self._control.motors.hover)
+            self.parameters.set("MOT_THST_HOVER", self._control.cascade.motors.hover)
             self._revision = self.parameters.revision
 
     def _align_yaw_in_flight(self, time_us: int) -> None:
@@ -175,7 +180,7 @@ class ArduCopter:
         if time_us - self._left_ground_us >= _ALIGNS_AFTER_US:
             self._commander.align_yaw()
             half = -0.5 * YAW_ERROR_RAD
-            self._control.attitude.turn((math.cos(half), 0.0, 0.0, math.sin(half)))
+            self._control.cascade.attitude.turn((math.cos(half), 0.0, 0.0, math.sin(half)))
 
     # --- what others see ---
 
@@ -235,7 +240,7 @@ class ArduCopter:
         """MAV_LANDED_STATE."""
         if self._control.landed:
             return _ON_GROUND
-        if self._control.takeoff_running:
+        if self._control.taking_off:
             return _TAKEOFF
         return _LANDING if self._control.landing else _IN_AIR
 
@@ -257,21 +262,21 @@ class ArduCopter:
     @property
     def attitude_setpoint(self) -> tuple[Quaternion, Vector3, float]:
         """Attitude FLU to ENU, rates FLU (rad/s) and throttle now commanded."""
-        control = self._control
-        return control.attitude.target, control.attitude.rates, control.throttle_asked
+        cascade = self._control.cascade
+        return cascade.attitude.target, cascade.attitude.rates, cascade.throttle_asked
 
     @property
     def position_target(self) -> PositionTarget | None:
         """What the position controller is after; None while it is idle."""
-        control = self._control
-        if not control.position.active:
+        cascade = self._control.cascade
+        if not cascade.position.active:
             return None
-        horizontal, vertical = control.position, control.altitude
+        horizontal, vertical = cascade.position, cascade.altitude
         return PositionTarget(
             (*horizontal.position, vertical.position),
             (*horizontal.velocity, vertical.velocity),
             (*horizontal.acceleration, vertical.acceleration),
-            control.heading,
+            cascade.heading,
         )
 
     @property
