@@ -386,7 +386,8 @@ class Connection:
         heard = self.peers.on_heartbeat(frame, message)
         if len(self.peers.other_vehicles) > others and heard and self.on_other_vehicle:
             self.on_other_vehicle(heard)
-        if not self.peers.is_vehicle(frame):
+        # A ground station's that is forwarded, under whatever ids, says nothing of the vehicle.
+        if heard is None or not self.peers.is_vehicle(frame):
             return
         self.heard_s = received_s
         self.admission.on_vehicle(frame)

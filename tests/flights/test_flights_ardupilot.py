@@ -8,6 +8,7 @@ from itertools import pairwise
 import pytest
 
 from companion.flight.inbox import PilotCommand
+from companion.frames import quaternion_from_euler, quaternion_multiply
 from companion.mavlink.commands import CommandId, message_interval
 from companion.mavlink.messages import MessageId, Outgoing, Severity, Target, status_texts
 from tests.flights.test_flights_refusals import assert_refused, edit
@@ -411,10 +412,100 @@ def test_our_own_heartbeat_says_the_truth(bench):
     assert said[-1][1] == standby
 
 
+def hover_thrusts(flown):
+    return {r.values["hover_thrust"] for r in flown.records("control")}
+
+
 def test_the_thrust_field_is_flown_as_the_autopilot_takes_it(bench):
-    """The same flight with the field as a climb rate, and as a throttle with angle boost."""
+    """GUID_OPTIONS 8: a throttle, for which a hover thrust is estimated; else a climb rate."""
     flown = bench.fly(parameters={"GUID_OPTIONS": 8.0})
     assert flown.outcome.outcome == "landed", flown.outcome.note
     assert flown.outcome.completed
-    hover = [s.thrust for s in flown.wire.setpoints][len(flown.wire.setpoints) // 2]
-    assert hover != pytest.approx(0.5, abs=1e-3)
+    assert hover_thrusts(flown) != {None}
+
+
+def test_by_default_the_thrust_field_is_flown_as_a_climb_rate(bench):
+    assert hover_thrusts(bench.fly()) == {None}
+
+
+@pytest.mark.parametrize("name", [b"GUID_OPTIONS", b"WPNAV_SPEED_UP"])
+def test_a_thrust_field_of_unknown_meaning_is_refused(bench, name):
+    bench.wire.from_shim = lambda p: (
+        b"" if p.message_id == MessageId.PARAM_VALUE and name in p.payload else p.raw
+    )
+    assert_refused(bench.fly(), name.decode())
+
+
+def stall_once(bench, duration_s):
+    bench.after("track", 1.0, lambda: asyncio.get_running_loop().stall(duration_s))
+
+
+def test_the_longest_pause_of_ours_is_half_of_the_autopilots_own_time_out(bench):
+    """GUID_TIMEOUT 0.4 s: 0.3 s of standing still may have been too long, with 3 s it is not."""
+    stall_once(bench, 0.3)
+    flown = bench.fly(settings=WAIT, parameters={"GUID_TIMEOUT": 0.4})
+    assert flown.outcome.outcome == "aborted"
+    (said,) = flown.told("handing over: the companion itself stood still for 0.3 s")
+    assert_braked(flown, said)
+
+
+def test_a_short_pause_is_flown_over_where_the_autopilot_waits_longer(bench):
+    stall_once(bench, 0.3)
+    flown = bench.fly()
+    assert flown.outcome.outcome == "landed", flown.outcome.note
+
+
+def test_a_yaw_that_is_realigned_in_flight_does_not_upset_it(bench):
+    """The estimator turns by 2.4 degrees in one sample, as a real one does after take-off."""
+    turned = quaternion_from_euler(0.0, 0.0, math.radians(2.4))
+    layout = struct.Struct("<I4f")
+
+    def realign(packet):
+        if packet.message_id != MessageId.ATTITUDE_QUATERNION or packet.component_id != AUTOPILOT:
+            return packet.raw
+        time_ms, *q = packet.fields(layout)
+        q = quaternion_multiply(turned, tuple(q))
+        return packet.with_payload(layout.pack(time_ms, *q) + packet.payload[layout.size :])
+
+    bench.after("track", 1.0, lambda: setattr(bench.wire, "from_shim", realign))
+    flown = bench.fly()
+    assert flown.outcome.outcome == "landed", flown.outcome.note
+    assert flown.outcome.completed
+    assert flown.outcome.fallbacks == 0
+    jumped = flown.began("track") + 1.0
+    before = [s for s in flown.wire.setpoints if jumped - 0.05 < s.time_s < jumped]
+    after = [s for s in flown.wire.setpoints if jumped < s.time_s < jumped + 0.05]
+    assert abs(after[-1].tilt_deg - before[-1].tilt_deg) < 3.0
+
+
+@pytest.mark.parametrize("speed", [0.5, 3.0])
+def test_other_speeds_than_1_change_nothing_but_the_clocks(bench, speed):
+    """The loop runs on the autopilot's time: dt, the reference and the time-outs of the flight."""
+    flown = bench.fly(speed=speed)
+    assert flown.outcome.outcome == "landed", flown.outcome.note
+    assert flown.outcome.completed
+    start_s, end_s = flown.outcome.scored_s
+    assert end_s - start_s == pytest.approx(4.0, abs=0.1)
+    control = [r.values["autopilot_time_s"] for r in flown.records("control")]
+    steps = [b - a for a, b in pairwise(control)]
+    assert sorted(steps)[len(steps) // 2] == pytest.approx(0.010, abs=0.0025)
+
+
+def test_a_ground_station_whose_heartbeat_the_autopilot_forwards_is_not_the_vehicle(bench):
+    """It is first on the link, and of the same system id."""
+    heartbeat = _HEARTBEAT.pack(0, 6, 8, 0x80, 4, 3)
+
+    def speak():
+        for component in (190, 1):
+            bench.wire.send_to_companion(Outgoing(MessageId.HEARTBEAT, heartbeat), component)
+
+    for delay_s in (0.0, 0.5, 1.5):
+        bench.after("connect", delay_s, speak)
+    bench.after("track", 0.5, speak)
+    flown = bench.fly()
+    assert flown.outcome.outcome == "landed", flown.outcome.note
+
+
+def test_another_vehicle_on_the_link_is_not_flown_when_a_system_id_is_wanted(bench):
+    flown = bench.fly(settings={"link.system_id": "7", "timeouts.connect_s": "3"})
+    assert_refused(flown, "No HEARTBEAT of an autopilot came")
