@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sitl_shim.autopilot.interface import Announcement
+from sitl_shim.mavlink import messages_status as status
 from sitl_shim.mavlink import streams, streams_ardupilot
 from sitl_shim.mavlink.streams import Builder, LinkKind
 
@@ -88,7 +89,7 @@ _PX4 = Personality(
     parameter_file=False,
     events=True,
     answers_with_parameter_index=True,
-    announcements={},
+    announcements={Announcement.ORIGIN: status.gps_global_origin},
 )
 
 _ARDUPILOT = Personality(

@@ -33,6 +33,8 @@ from sitl_shim.frames import Quaternion, Vector3
 
 _QUADROTOR, _PX4 = 2, 12
 _ON_GROUND, _IN_AIR, _TAKEOFF, _LANDING = 1, 2, 3, 4
+_ORIGIN_FOUND_US = 1_200_000
+"""With the first heartbeat."""
 _IDLE_PERIOD_US = 100_000
 """How often the attitude setpoint, which nobody follows, is brought to the heading."""
 
@@ -164,8 +166,8 @@ class Px4Autopilot:
         return self._announcer.take_events()
 
     def take_announcements(self) -> Sequence[Announcement]:
-        """PX4 announces nothing: what changes is streamed."""
-        return ()
+        """The origin, when it is found; whatever else changes is streamed."""
+        return (Announcement.ORIGIN,) if self._time_us == _ORIGIN_FOUND_US else ()
 
     @property
     def estimator(self) -> EstimatorState:
