@@ -75,6 +75,14 @@ def fly(
             metavar="NAME|FILE",
         ),
     ] = None,
+    mocap: Annotated[
+        str | None,
+        typer.Option(
+            help="Give the autopilot poses of a motion-capture system: udp (JSON), vicon, "
+            "optitrack, qualisys, vrpn; --set mocap.KEY=VALUE for the rest.",
+            metavar="SYSTEM",
+        ),
+    ] = None,
     seed: Annotated[
         int | None, typer.Option(help="Seed of all noise of the embedded shim.")
     ] = None,
@@ -168,6 +176,7 @@ def fly(
             *(setting or ()),
             *(("preflight.fix=true",) if fix else ()),
             *((f"link.system_id={system_id}",) if system_id is not None else ()),
+            *((f"mocap.system={mocap}",) if mocap is not None else ()),
         ),
         lockstep=lockstep,
         out=out,
@@ -298,6 +307,58 @@ def check(
             "refusal": ExitStatus.REFUSED,
         }[verdict]
     )
+
+
+@app.command()
+def mocap(
+    connect: Annotated[
+        str | None,
+        typer.Option(
+            help="Link to the autopilot, for instance udpin://127.0.0.1:14540.", metavar="URL"
+        ),
+    ] = None,
+    mocap: Annotated[
+        str | None,
+        typer.Option(
+            help="The system: udp (JSON), vicon, optitrack, qualisys, vrpn.", metavar="SYSTEM"
+        ),
+    ] = None,
+    mission: Annotated[
+        Path | None, typer.Option(help="Mission as YAML; options win over it.", metavar="FILE")
+    ] = None,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="Set a key of the mission, as in --set mocap.body=drone. May be repeated.",
+            metavar="KEY=VALUE",
+        ),
+    ] = None,
+    signing_key_file: Annotated[
+        Path | None,
+        typer.Option(help="Sign packets by the key in this file, as for fly.", metavar="FILE"),
+    ] = None,
+) -> None:
+    """Give an autopilot the poses of a motion-capture system, and fly nothing.
+
+    Exit status: 0 interrupted, 2 bad input, 4 the link was lost.
+    """
+    from companion.mocap_command import BadInputError, MocapRequest, run_mocap
+
+    request = MocapRequest(
+        mission_file=mission,
+        overrides={} if connect is None else {"connect": connect},
+        settings=(*(setting or ()), *(() if mocap is None else (f"mocap.system={mocap}",))),
+        signing_key_file=signing_key_file,
+    )
+    try:
+        run_mocap(request)
+    except BadInputError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+    except KeyboardInterrupt:
+        return
+    raise typer.Exit(ExitStatus.ABORTED)
 
 
 @app.command()

@@ -28,6 +28,7 @@ from companion.flight.records import CHANNELS
 from companion.flight.shim_process import ShimOptions
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
+from companion.mocap.sources import MocapError
 from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, FlightLog, FlightLogError
 from companion.report.aftermath import score_and_draw
 from companion.report.result import result_object
@@ -94,7 +95,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     try:
         with TerminalObserver(console, verbose=request.verbose) as observer:
             outcome = _fly(config, trajectory, log, observer, shim, key, lockstep=request.lockstep)
-    except (LinkError, ShimRefusedError) as error:
+    except (LinkError, MocapError, ShimRefusedError) as error:
         log.close()
         _discard(folder, folder_too=is_new)
         raise BadInputError(str(error)) from error

@@ -148,7 +148,7 @@ async def conduct(
     ]
     if mocap is not None:
         flight.authority.fault = mocap.fault
-        helpers.append(mocap.run(connection, voice))
+        helpers.append(mocap.run(connection, voice.tell))
     if real_time:
         helpers.append(measure_timer_noise(noise))
     completed, name, note = False, "aborted", ""

@@ -14,7 +14,6 @@ from collections.abc import AsyncIterator, Callable
 from companion.config.mocap_models import MocapConfig
 from companion.flight.connection import Connection
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
-from companion.flight.voice import Voice
 from companion.mavlink.messages import Outgoing
 from companion.mocap.bridge import MocapBridge
 from companion.mocap.sources import open_source
@@ -43,15 +42,20 @@ class MotionCapture:
         self.port = port
         self._trouble = trouble
 
-    async def run(self, connection: Connection, voice: Voice) -> None:
-        """Send poses as soon as there is a vehicle, until cancelled."""
+    async def run(self, connection: Connection, tell: Callable[[str, str], None]) -> None:
+        """Send poses as soon as there is a vehicle, until cancelled.
+
+        Args:
+            connection: to the autopilot.
+            tell: takes severity and text for a person.
+        """
         self.bridge.on_lost = connection.waiting.wake
 
         def send(outgoing: Outgoing) -> None:
             if connection.peers.vehicle is not None:
                 connection.send(outgoing)
 
-        await self.bridge.run(send, voice.tell)
+        await self.bridge.run(send, tell)
 
     async def wait_for_poses(self, connection: Connection, wait_s: float) -> None:
         """Wait until poses come in.
