@@ -89,6 +89,15 @@ TransferFunctions = Annotated[
 NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
 
 
+class ClimbRateGains(Section):
+    """L1 gains of the vertical axis."""
+
+    m: Positive
+    omega: Positive
+    k: Positive
+    gamma: Positive
+
+
 class L1Config(Section):
     """Gains of the L1 controller, per axis (x, y, z)."""
 
@@ -112,11 +121,19 @@ class L1Config(Section):
         default="exact", description="Of predictor and adaptation law; euler is for study."
     )
 
+    climb_rate: ClimbRateGains | None = Field(
+        default=None,
+        description="Of the vertical axis, in place of the above, where the autopilot's own loop "
+        "flies the climb rate (ArduPilot's default); it is slower than the companion's.",
+    )
+
     @model_validator(mode="after")
     def _one_of_each(self) -> "L1Config":
         for one, other in (("m", "reference_model"), ("omega", "low_pass")):
             if (getattr(self, one) is None) == (getattr(self, other) is None):
                 raise ValueError(f"give {one} or {other}, and not both")
+        if self.climb_rate is not None and (self.m is None or self.omega is None):
+            raise ValueError("climb_rate replaces values of m and omega. Give these")
         return self
 
 

@@ -116,6 +116,7 @@ def make_stack(
     climb, descent = vehicle.climb_limit_m_s, vehicle.descent_limit_m_s
     if thrust.kind == "climb_rate":
         climb, descent = min(climb, thrust.climb_m_s), min(descent, thrust.descent_m_s)
+        controller = _over_the_autopilots_loop(controller)
     return Stack(
         outer=_outer(controller, vehicle, mission, make_solver),
         inner=_inner(controller),
@@ -124,6 +125,25 @@ def make_stack(
         limits=Limits(math.radians(vehicle.tilt_limit_deg), climb, descent),
         attitude_loop=attitude_gains(vehicle) if mission.setpoint == "rates" else None,
     )
+
+
+def _over_the_autopilots_loop(controller: ControllerConfig) -> ControllerConfig:
+    """The controller with the gains of its vertical axis that go with a climb-rate field."""
+    l1 = controller.l1
+    if l1 is None or l1.climb_rate is None:
+        return controller
+    z = l1.climb_rate
+    assert l1.m is not None
+    assert l1.omega is not None
+    slower = l1.model_copy(
+        update={
+            "m": (*l1.m[:2], z.m),
+            "omega": (*l1.omega[:2], z.omega),
+            "k": (*l1.k[:2], z.k),
+            "gamma": (*l1.gamma[:2], z.gamma),
+        }
+    )
+    return controller.model_copy(update={"l1": slower})
 
 
 def attitude_gains(vehicle: VehicleConfig) -> AttitudeGains:
