@@ -203,6 +203,9 @@ class MavsdkMission:
         from mavsdk.asyncio import Configuration, Mavsdk  # type: ignore[import-untyped]
         from mavsdk.asyncio.plugins.action import ActionAsync  # type: ignore[import-untyped]
         from mavsdk.asyncio.plugins.telemetry import TelemetryAsync  # type: ignore[import-untyped]
+        from mavsdk.logging import log_subscribe  # type: ignore[import-untyped]
+
+        log_subscribe(lambda *_: True)  # else it prints for itself
 
         assert self._endpoint is not None
         port = self._endpoint.local_port
