@@ -1,5 +1,6 @@
 """What an autopilot is to the rest of the shim, whatever its flavour."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -64,6 +65,10 @@ class Command:
     """param1 to param7; NaN where the sender leaves the choice to the autopilot."""
     position_xy_m: tuple[float, float] | None = None
     """param5 and param6 read as latitude and longitude, in the local frame (east, north)."""
+    altitude_m: float = math.nan
+    """param7 read as an altitude: in the local frame, or above home."""
+    above_home: bool = False
+    """Which of the two."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,9 @@ WAYPOINT, LOITER_UNLIMITED, LOITER_TIME, RETURN, LAND, TAKEOFF = 16, 17, 19, 20,
 LOITER_TO_ALTITUDE, DELAY, DO_JUMP, DO_CHANGE_SPEED = 31, 93, 177, 178
 """MAV_CMD of the items that mean something here; others are passed over."""
 
+NOTHING = 0
+"""An item that is none: home, where a mission begins with it."""
+
 FLOWN = frozenset(
     {
         WAYPOINT,
@@ -109,6 +112,13 @@ class MissionPlan:
             return MissionState.ACTIVE
         return MissionState.PAUSED if self._begun else MissionState.NOT_STARTED
 
+    @property
+    def begins_with_takeoff(self) -> bool:
+        """Whether the first item to be flown, from the current one on, is a take-off."""
+        flown = (item for item in self.items[self.current :] if item.command in FLOWN)
+        first = next(flown, None)
+        return first is not None and first.command == TAKEOFF
+
     # --- from the ground ---
 
     def replace(self, items: Sequence[PlanItem], current: int = 0) -> None:
@@ -180,7 +190,7 @@ class MissionPlan:
             index, item = self.current, self.items[self.current]
             if item.command in FLOWN:
                 return Leg(index, item)
-            if self._tells_commands:
+            if self._tells_commands and item.command != NOTHING:
                 self._note_reached(index)
             self.current = self._after(index, item)
         self.complete = bool(self.items)

@@ -8,17 +8,21 @@ from collections.abc import Iterator
 
 from sitl_shim.autopilot.interface import Command, StatusText
 from sitl_shim.mavlink import messages_status as status
+from sitl_shim.mavlink.geodesy import local_position
 from sitl_shim.mavlink.link import Link
 from sitl_shim.mavlink.personality import Personality
 from sitl_shim.mavlink.statustext import status_messages
 from sitl_shim.mavlink.streams import AVAILABLE_MODES_ID, TRUTH_BUILDERS, StreamSet
 from sitl_shim.mavlink.wire import Message, dialect
-from sitl_shim.simulation import Simulation
+from sitl_shim.simulation import GlobalOrigin, Simulation
 
 ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
 _INFO = 6
 _GET_INTERVAL, _SET_INTERVAL, _REQUEST_MESSAGE = 510, 511, 512
 _REQUEST_PROTOCOL, _REQUEST_CAPABILITIES = 519, 520
+_LOCAL_FRAMES, _RELATIVE_FRAMES = (1, 7, 8, 9, 12, 20, 21), (3, 6)
+_UNSET = 2**31 - 1
+"""A latitude or longitude that says nothing."""
 _STOP, _RESTORE = -1, 0
 _VERSION_ID: int = dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION
 _PROTOCOL_ID = 300
@@ -30,14 +34,31 @@ _ZERO_US = 1e-5
 """PX4 takes what is no more than this for 0."""
 
 
-def command_of(message: Message) -> Command:
-    """The command that a COMMAND_LONG or COMMAND_INT carries."""
+def command_of(message: Message, origin: GlobalOrigin) -> Command:
+    """The command that a COMMAND_LONG or COMMAND_INT carries.
+
+    Args:
+        message: one of the two.
+        origin: of the local frame, to which places are brought.
+    """
+    above_home = False
     if message.get_type() == "COMMAND_LONG":
         last = (message.param5, message.param6, message.param7)
     else:
-        last = (float(message.x), float(message.y), message.z)
+        scale = 1.0 if message.frame in _LOCAL_FRAMES else 1e-7
+        x, y = (math.nan if value == _UNSET else value * scale for value in (message.x, message.y))
+        last = (x, y, message.z)
+        above_home = message.frame in _RELATIVE_FRAMES
     first = (message.param1, message.param2, message.param3, message.param4)
-    return Command(message.command, (*first, *last))
+    latitude, longitude, altitude = last
+    known = abs(latitude) <= 90.0 and abs(longitude) <= 180.0
+    return Command(
+        message.command,
+        (*first, *last),
+        local_position(origin, latitude, longitude) if known else None,
+        altitude if above_home else altitude - origin.altitude_amsl_m,
+        above_home,
+    )
 
 
 def acknowledgement(request: Message, result: int) -> Message:

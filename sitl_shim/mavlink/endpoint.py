@@ -192,7 +192,7 @@ class Shim:
         sim = self.simulation
         if message.target_system not in (0, self._system_id):
             return
-        command = command_of(message)
+        command = command_of(message, sim.origin)
         if message.target_component == TRUTH_COMPONENT_ID:
             replies, result = handle_truth_command(command, link.truth_streams, sim)
             for reply in (*replies, acknowledgement(message, result)):

@@ -13,6 +13,7 @@ from sitl_shim.autopilot.ardupilot.commander import (
 )
 from sitl_shim.autopilot.ardupilot.flight_control import FlightControl
 from sitl_shim.autopilot.ardupilot.guided import Guided
+from sitl_shim.autopilot.ardupilot.mission_commands import MissionCommands
 from sitl_shim.autopilot.ardupilot.modes import Mode
 from sitl_shim.autopilot.ardupilot.motors import STOPPED
 from sitl_shim.autopilot.ardupilot.parameters import make_parameters
@@ -74,9 +75,18 @@ class ArduCopter:
             airborne=airborne,
             elevation_m=origin_altitude_amsl_m,
         )
-        self._commander = Commander(self.parameters, self._boot, airborne=airborne)
+        self._commander = Commander(self.parameters, self._boot, self.mission, airborne=airborne)
         self._guided = Guided()
-        self._control = FlightControl(self.parameters, self._guided, airborne=airborne)
+        self._control = FlightControl(
+            self.parameters,
+            self._guided,
+            self.mission,
+            self._commander.inform,
+            airborne=airborne,
+        )
+        self._mission_commands = MissionCommands(
+            self.parameters, self.mission, self._commander, self._guided, self._control
+        )
         self.estimate_interval_us = TICK_US
         """How often its estimator publishes, µs."""
         self._time_us = 0
@@ -93,7 +103,9 @@ class ArduCopter:
         """Carry out a command; None if ArduCopter does not know it here."""
         if command.command == CMD_TAKEOFF:
             return acknowledge(self._take_off(command))
-        return self._commander.receive(command)
+        home_z_m = 0.0 if self._home is None else self._home[2]
+        answer = self._mission_commands.receive(command, home_z_m, self._height_m)
+        return self._commander.receive(command) if answer is None else answer
 
     def _take_off(self, command: Command) -> int:
         """Only armed, on the ground, in GUIDED, upwards."""

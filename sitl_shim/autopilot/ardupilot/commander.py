@@ -19,6 +19,7 @@ from sitl_shim.autopilot.interface import (
     SensorHealth,
     StatusText,
 )
+from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
 
 ACCEPTED, DENIED, FAILED = 0, 2, 4
@@ -51,11 +52,15 @@ class Commander:
     Args:
         parameters: of the autopilot.
         boot: the timeline of this boot.
+        plan: the mission, which AUTO needs.
         airborne: begin armed, in GUIDED.
     """
 
-    def __init__(self, parameters: ParameterStore, boot: Boot, *, airborne: bool) -> None:
+    def __init__(
+        self, parameters: ParameterStore, boot: Boot, plan: MissionPlan, *, airborne: bool
+    ) -> None:
         self._parameters = parameters
+        self._plan = plan
         self._boot = boot
         self._texts: list[StatusText] = []
         self._announcements: list[Announcement] = []
@@ -121,6 +126,10 @@ class Commander:
         """Queue a text."""
         self._texts.append(StatusText(severity, text))
 
+    def inform(self, text: str) -> None:
+        """Queue an informative text."""
+        self.say(_INFO, text)
+
     # --- the run of time ---
 
     def step(self, time_us: int, situation: Situation) -> None:
@@ -141,7 +150,8 @@ class Commander:
             self._idle_since_us = time_us
         else:
             delay_s = self._parameters["DISARM_DELAY"]
-            landed_in_land = self.mode in (Mode.LAND, Mode.RTL) and self._has_flown
+            done = self.mode is Mode.AUTO and self._plan.complete
+            landed_in_land = (done or self.mode in (Mode.LAND, Mode.RTL)) and self._has_flown
             if landed_in_land or 0.0 < delay_s * 1e6 <= time_us - self._idle_since_us:
                 self.disarm()
         if not situation.landed:
@@ -204,8 +214,21 @@ class Commander:
         if self.armed and mode.needs_position and not self._boot.estimator.position_known:
             self.say(_WARNING, f"Mode change to {mode_name(mode)} failed: requires position")
             return FAILED
+        if mode is Mode.AUTO and not self._may_fly_mission():
+            return FAILED
         self._change(mode)
         return ACCEPTED
+
+    def _may_fly_mission(self) -> bool:
+        """Whether there is a mission, and a take-off where one is needed; says why not."""
+        reason = ""
+        if not self._plan.items:
+            reason = "init failed"
+        elif self.armed and self._situation.landed and not self._plan.begins_with_takeoff:
+            reason = "Missing Takeoff Cmd"
+        if reason:
+            self.say(_WARNING, f"Mode change to Auto failed: {reason}")
+        return not reason
 
     def _change(self, mode: Mode, *, always: bool = False) -> None:
         if mode is not self.mode or always:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from sitl_shim.autopilot.ardupilot.auto_flight import AutoFlight
 from sitl_shim.autopilot.ardupilot.cascade import Cascade
 from sitl_shim.autopilot.ardupilot.commander import Situation
 from sitl_shim.autopilot.ardupilot.guided import Guided, Submode
@@ -11,6 +12,7 @@ from sitl_shim.autopilot.ardupilot.modes import Mode
 from sitl_shim.autopilot.ardupilot.motors import Spool
 from sitl_shim.autopilot.ardupilot.takeoff import Takeoff
 from sitl_shim.autopilot.interface import Motion, RotorCommands
+from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4.position_control import heading_of
 from sitl_shim.frames import Vector3
@@ -25,15 +27,28 @@ class FlightControl:
     Args:
         parameters: gains, limits and speeds.
         guided: setpoints that came in.
+        plan: the mission.
+        say: takes informative texts.
         airborne: begin in the air.
     """
 
-    def __init__(self, parameters: ParameterStore, guided: Guided, *, airborne: bool) -> None:
+    def __init__(
+        self,
+        parameters: ParameterStore,
+        guided: Guided,
+        plan: MissionPlan,
+        say: Callable[[str], None],
+        *,
+        airborne: bool,
+    ) -> None:
         self._parameters = parameters
         self._guided = guided
         self.cascade = Cascade(parameters, airborne=airborne)
         self._takeoff = Takeoff(parameters, self.cascade)
         self._guided_flight = GuidedFlight(parameters, guided, self.cascade, self._takeoff)
+        self.auto = AutoFlight(parameters, plan, self.cascade, self._takeoff, say)
+        self.goal_at_entry: Vector3 | None = None
+        """Where GUIDED, once it is entered, is to go at first."""
         self._return: ReturnFlight | None = None
         self._mode: Mode | None = None
         self._time_us = self._armed_us = 0
@@ -42,7 +57,7 @@ class FlightControl:
         self._behaviours: dict[Mode, Callable[[Motion], None]] = {
             Mode.STABILIZE: self.cascade.stand,
             Mode.ALT_HOLD: self._sink_level,
-            Mode.AUTO: self._hold,
+            Mode.AUTO: self._fly_mission,
             Mode.GUIDED: self._guide,
             Mode.LOITER: self._sink_in_place,
             Mode.RTL: self._go_home,
@@ -67,7 +82,8 @@ class FlightControl:
     def landing(self) -> bool:
         """Whether it is on its way down to the ground by a mode's decision."""
         returning = self._return is not None and self._return.landing
-        return self._mode is Mode.LAND or returning
+        by_mission = self._mode is Mode.AUTO and self.auto.landing
+        return self._mode is Mode.LAND or returning or by_mission
 
     def situation(self, mode: Mode, *, armed: bool) -> Situation:
         """What the commander needs to know."""
@@ -94,6 +110,8 @@ class FlightControl:
         """Stop."""
         self.cascade.release()
         self._takeoff.reset()
+        self.auto.leave()
+        self.auto.started = False
         self._return = None
         self._mode = None
 
@@ -122,6 +140,8 @@ class FlightControl:
 
     def _enter(self, mode: Mode, motion: Motion) -> None:
         cascade, p = self.cascade, self._parameters
+        if self._mode is Mode.AUTO:
+            self.auto.leave()
         self._mode = mode
         cascade.heading = heading_of(cascade.attitude.target)
         self._takeoff.reset()
@@ -129,6 +149,9 @@ class FlightControl:
         cascade.reset_limits()
         if mode is Mode.GUIDED:
             self._guided.hold()
+            if self.goal_at_entry is not None:
+                self._guided.stay_at(self.goal_at_entry)
+                self.goal_at_entry = None
         elif mode is Mode.GUIDED_NOGPS:
             self._guided.level(cascade.level_target())
         elif mode is Mode.BRAKE:
@@ -138,6 +161,8 @@ class FlightControl:
             cascade.altitude.speed_up = up * 0.01
             cascade.altitude.speed_down = (p["PILOT_SPEED_DN"] or up) * 0.01
             cascade.altitude.acceleration_max = _STICK_M_S2
+        elif mode is Mode.AUTO:
+            self.auto.enter()
         elif mode is Mode.RTL:
             self._return = ReturnFlight(p, cascade, motion, self._home)
 
@@ -173,6 +198,9 @@ class FlightControl:
     def _go_home(self, motion: Motion) -> None:
         if self._return is not None:
             self._return.step(motion)
+
+    def _fly_mission(self, motion: Motion) -> None:
+        self.auto.step(motion, self._home, self._time_us - self._armed_us)
 
     def _guide(self, motion: Motion) -> None:
         self._guided_flight.step(self._time_us, motion, self._time_us - self._armed_us)

@@ -35,7 +35,7 @@ class Mode(IntEnum):
 
 
 _NEED_POSITION = (Mode.AUTO, Mode.GUIDED, Mode.LOITER, Mode.RTL, Mode.BRAKE)
-_NO_ARMING_IN = (Mode.RTL, Mode.LAND, Mode.BRAKE)
+_NO_ARMING_IN = (Mode.AUTO, Mode.RTL, Mode.LAND, Mode.BRAKE)
 
 _MANUAL, _STABILIZE, _GUIDED, _CUSTOM, _ARMED = 0x40, 0x10, 0x08, 0x01, 0x80
 _FROM_STICKS = (Mode.STABILIZE, Mode.ALT_HOLD)

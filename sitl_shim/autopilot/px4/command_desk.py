@@ -167,7 +167,7 @@ class CommandDesk:
         return _TEMPORARILY_REJECTED
 
     def _reposition(self, command: Command) -> int:
-        speed, flags, _, yaw_rad, _, _, altitude_m = command.parameters
+        speed, flags, _, yaw_rad = command.parameters[:4]
         if not math.isfinite(flags) or int(flags) != _CHANGE_MODE:
             return _UNSUPPORTED
         result = self._change_mode(Mode.AUTO_LOITER)
@@ -175,7 +175,8 @@ class CommandDesk:
             self._commander.reposition(
                 Reposition(
                     position_xy_m=command.position_xy_m,
-                    altitude_amsl_m=altitude_m,
+                    altitude_m=command.altitude_m,
+                    above_home=command.above_home,
                     yaw_enu_rad=math.pi / 2.0 - yaw_rad,
                     speed_m_s=self._speed(speed),
                 )

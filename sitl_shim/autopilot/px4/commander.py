@@ -31,8 +31,9 @@ class Reposition:
 
     position_xy_m: tuple[float, float] | None = None
     """East and north; None: where it is."""
-    altitude_amsl_m: float = math.nan
-    """NaN: the altitude that it holds."""
+    altitude_m: float = math.nan
+    """In the local frame, or above home; NaN: the altitude that it holds."""
+    above_home: bool = False
     yaw_enu_rad: float = math.nan
     speed_m_s: float | None = None
     """Horizontal, from now on; None as before."""
@@ -42,7 +43,7 @@ class Reposition:
         """Whether there is a place, a height or a heading in it."""
         return (
             self.position_xy_m is not None
-            or math.isfinite(self.altitude_amsl_m)
+            or math.isfinite(self.altitude_m)
             or math.isfinite(self.yaw_enu_rad)
         )
 

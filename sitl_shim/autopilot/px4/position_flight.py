@@ -214,11 +214,10 @@ class PositionFlight:
         wanted = self._commander.take_reposition()
         if wanted is None:
             return
-        altitude = wanted.altitude_amsl_m
         if wanted.speed_m_s is not None:
             task.cruise_m_s = wanted.speed_m_s
         if wanted.goes_somewhere:
-            z = altitude - self._origin_altitude_m
+            z = wanted.altitude_m + (self._home[2] if wanted.above_home else 0.0)
             task.fly_to(wanted.position_xy_m, z, wanted.yaw_enu_rad)
 
     def _takeoff_goal_m(self) -> float:

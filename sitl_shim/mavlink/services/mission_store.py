@@ -6,7 +6,7 @@ for them again.
 
 from collections.abc import Sequence
 
-from sitl_shim.autopilot.mission_plan import WAYPOINT, MissionPlan, PlanItem
+from sitl_shim.autopilot.mission_plan import NOTHING, WAYPOINT, MissionPlan, PlanItem
 from sitl_shim.frames import Vector3
 from sitl_shim.mavlink.geodesy import global_position
 from sitl_shim.mavlink.services.mission_items import (
@@ -20,8 +20,7 @@ from sitl_shim.mavlink.services.mission_items import (
 from sitl_shim.simulation import Simulation
 
 _GLOBAL_INT = 5
-_PASSED_OVER = PlanItem(0, (0.0, 0.0, 0.0, 0.0))
-"""Home, where it is an item of the mission: nobody flies it."""
+_PASSED_OVER = PlanItem(NOTHING, (0.0, 0.0, 0.0, 0.0))
 
 
 class MissionStore:
