@@ -161,6 +161,7 @@ class Shim:
         booting = self.simulation.time_us < self.personality.listens_from_us
         for message in link.parser.parse(data):
             if not booting and self.signing.admits(message):
+                link.spoken_to = True
                 self._handle(index, link, message)
 
     def _handle(self, index: int, link: Link, message: Message) -> None:

@@ -41,6 +41,7 @@ class Link:
         "outgoing",
         "parser",
         "personality",
+        "spoken_to",
         "streams",
         "truth_streams",
     )
@@ -73,6 +74,8 @@ class Link:
             grid_origin_us=personality.grid_origin_us,
             begin_us=personality.listens_from_us,
         )
+        self.spoken_to = False
+        """Whether a client has said anything here."""
         self.outgoing: list[bytes] = []
         """Frames that leave at this tick."""
         self._autopilot = Packer(system_id, AUTOPILOT_COMPONENT_ID)
@@ -105,8 +108,10 @@ class Link:
         self._ground_station_us = now_us
 
     def carries_texts(self, now_us: int) -> bool:
-        """Whether texts are sent here: always, or only while a ground station is heard."""
-        return self.personality.texts_to_every_link or self._has_ground_station(now_us)
+        """Whether texts are sent here: to whoever has spoken, or to ground stations alone."""
+        if self.personality.texts_to_every_link:
+            return self.spoken_to
+        return self._has_ground_station(now_us)
 
     def take(self, now_us: int) -> list[bytes]:
         """The frames that leave at this tick: all that is queued, or none of it."""
