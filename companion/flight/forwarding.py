@@ -31,6 +31,8 @@ _MOST_LATER = 200
 _MOST_KINDS_TOLD = 100
 _SECOND_COMPUTER = 192
 """MAV_COMP_ID_ONBOARD_COMPUTER2: acknowledgements to it are nobody's."""
+_ACK_TARGET_AT = 9
+"""Where in a COMMAND_ACK the component lies that it answers."""
 _OURS_TO_CLIENTS = (MessageId.HEARTBEAT, MessageId.STATUSTEXT)
 
 
@@ -118,6 +120,7 @@ class Forwarder:
     # --- to the clients ---
 
     def _on_frames(self, frames: list[Frame]) -> None:
+        frames = [frame for frame in frames if not _is_answer_to_second_computer(frame)]
         plain = datagrams_of([frame.raw for frame in frames if not is_truth(frame)])
         for endpoint in self.endpoints:
             if endpoint.config.truth:
@@ -239,3 +242,11 @@ class Forwarder:
             return
         self._told.add((where, who))
         self._tell(severity, f"{where}: {who} {text}")
+
+
+def _is_answer_to_second_computer(frame: Frame) -> bool:
+    """True for the acknowledgement of a question that was ours, on behalf of a client."""
+    if frame.message_id != MessageId.COMMAND_ACK:
+        return False
+    payload = frame.payload
+    return len(payload) > _ACK_TARGET_AT and payload[_ACK_TARGET_AT] == _SECOND_COMPUTER

@@ -19,16 +19,16 @@ _LATE = 1.001
 """An interval may be rounded on its way through a float."""
 _EVERYTHING = 0
 _GROUPS: dict[int, tuple[int, ...]] = {
-    1: (27, 29, 116, 129, 137, 143),
-    2: (1, 24, 42, 62, 125, 152, 162),
+    1: (27, 29),
+    2: (1, 24, 42, 62),
     3: (36, 65),
     6: (32, 33),
-    10: (30, 178),
+    10: (30,),
     11: (74,),
-    12: (2, 136, 147, 163, 193, 241),
+    12: (2, 147, 193),
 }
-"""ArduCopter's messages of each MAV_DATA_STREAM: raw sensors, extended status, RC channels,
-position, extra 1, 2 and 3."""
+"""Those of ArduCopter's messages of each MAV_DATA_STREAM that ground stations show: raw sensors,
+extended status, RC channels, position, extra 1, 2 and 3."""
 
 
 class StreamRequests:

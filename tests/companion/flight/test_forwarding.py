@@ -325,6 +325,16 @@ async def test_a_legacy_request_for_streams_never_reaches_the_vehicle_as_it_is()
         assert all(m.get_srcComponent() == 192 for m in asked)
         assert "REQUEST_DATA_STREAM" not in stage.vehicle.heard()
 
+        def ack(component):
+            return encode(
+                "COMMAND_ACK",
+                command=511, result=0, target_system=1, target_component=component,
+            )  # fmt: skip
+
+        stage.vehicle.say(ack(192), ack(191), ATTITUDE)
+        await until(lambda: "ATTITUDE" in client.names())
+        assert client.names().count("COMMAND_ACK") == 1, "clients asked nothing of that kind"
+
 
 async def test_a_client_that_says_too_much_does_not_flood_the_vehicle():
     async with on_stage() as stage, client_of(stage) as client:
