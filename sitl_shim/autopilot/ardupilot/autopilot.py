@@ -191,8 +191,7 @@ class ArduCopter:
             self._left_ground_us = time_us
         if time_us - self._left_ground_us >= _ALIGNS_AFTER_US:
             self._commander.align_yaw()
-            half = -0.5 * YAW_ERROR_RAD
-            self._control.cascade.attitude.turn((math.cos(half), 0.0, 0.0, math.sin(half)))
+            self._control.cascade.turn(-YAW_ERROR_RAD)
 
     # --- what others see ---
 

@@ -76,6 +76,11 @@ class Cascade:
         self.altitude.set_limits(p)
         self.position.set_limits(p["WPNAV_SPEED"] * 0.01, p["WPNAV_ACCEL"] * 0.01)
 
+    def turn(self, angle_rad: float) -> None:
+        """The estimated heading jumped, about up: turn targets along, so that nothing is felt."""
+        self.heading += angle_rad
+        self.attitude.turn((math.cos(0.5 * angle_rad), 0.0, 0.0, math.sin(0.5 * angle_rad)))
+
     # --- the ends of a period ---
 
     def release(self) -> None:
