@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import AsyncIterator
 
 from companion.flight.crew import Flight
-from companion.flight.errors import FlightAbortedError
+from companion.flight.errors import FlightAbortedError, FlightRefusedError
 from companion.flight.forwarding import Forwarder
 from companion.flight.inbox import PilotCommand
 from companion.mavlink.peers import Vehicle
@@ -68,8 +68,8 @@ async def shared_link(flight: Flight) -> AsyncIterator[None]:
         flight.backend.attach(forwarder.endpoints[-1])
     try:
         yield
-    except asyncio.CancelledError:
-        raise
+    except (asyncio.CancelledError, FlightRefusedError):
+        raise  # nothing of ours is in the air
     except BaseException:
         over = True
         await _stay_for_the_pilot(flight, forwarder)
