@@ -227,7 +227,7 @@ class Commander:
         elif self.armed and self._situation.landed and not self._plan.begins_with_takeoff:
             reason = "Missing Takeoff Cmd"
         if reason:
-            self.say(_WARNING, f"Mode change to Auto failed: {reason}")
+            self.say(_WARNING, f"Mode change to AUTO failed: {reason}")
         return not reason
 
     def _change(self, mode: Mode, *, always: bool = False) -> None:

@@ -69,7 +69,7 @@ def standard_mode(mode: Mode) -> int:
 
 def mode_name(mode: Mode) -> str:
     """The mode's name in texts."""
-    return mode.name.replace("_", " ").title() if mode is not Mode.ALT_HOLD else "AltHold"
+    return mode.name
 
 
 AVAILABLE_MODES: tuple[ModeInfo, ...] = tuple(

@@ -233,4 +233,4 @@ def test_without_a_position_no_mode_that_needs_one_is_entered_once_armed() -> No
     client.choose(GUIDED)
     assert client.acks(SET_MODE) == [0, 4]
     assert client.mode == GUIDED_NOGPS
-    assert client.texts()[-1] == "Mode change to Guided failed: requires position"
+    assert client.texts()[-1] == "Mode change to GUIDED failed: requires position"

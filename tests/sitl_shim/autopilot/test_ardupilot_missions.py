@@ -112,7 +112,7 @@ def test_auto_needs_a_mission() -> None:
     client.run(0.2)
     assert client.acks(SET_MODE) == [4]
     assert client.acks(_START) == [4]
-    assert "Mode change to Auto failed: init failed" in client.texts()
+    assert "Mode change to AUTO failed: init failed" in client.texts()
 
 
 def test_from_the_ground_it_needs_a_take_off() -> None:
@@ -125,7 +125,7 @@ def test_from_the_ground_it_needs_a_take_off() -> None:
     client.command(_START, 0, 0)
     client.run(0.2)
     assert client.acks(_START) == [4]
-    assert "Mode change to Auto failed: Missing Takeoff Cmd" in client.texts()
+    assert "Mode change to AUTO failed: Missing Takeoff Cmd" in client.texts()
 
 
 def test_a_mission_joined_in_the_air_is_flown_to_its_end_and_held_there() -> None:
