@@ -90,6 +90,7 @@ async def check_vehicle(
     """
     mission = order.config.mission
     connection = Connection(link, _NoLog(), signing, system_id=mission.link.system_id)
+    connection.peers.wanted_component_id = mission.link.component_id
     if lost is not None:
         lost.add_done_callback(lambda future: connection.waiting.fail(future.result()))
     connection.lost_after_s = mission.timeouts.link_lost_s
