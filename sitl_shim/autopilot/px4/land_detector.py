@@ -60,9 +60,9 @@ class LandDetector:
             return
 
         vx, vy, vz = motion.velocity_enu_m_s
-        still = (
-            abs(vz) < parameters["LNDMC_Z_VEL_MAX"]
-            and math.hypot(vx, vy) < parameters["LNDMC_XY_VEL_MAX"]
+        # A horizontal velocity that is not known does not count.
+        still = abs(vz) < parameters["LNDMC_Z_VEL_MAX"] and (
+            not motion.local_position_valid or math.hypot(vx, vy) < parameters["LNDMC_XY_VEL_MAX"]
         )
         least = self._low_thrust(parameters, climb_rate_controlled)
         hit = climb_rate_controlled and descending

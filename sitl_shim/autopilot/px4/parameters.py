@@ -3,7 +3,9 @@
 Source: PX4's parameter reference (docs.px4.io/main/en/advanced_config/parameter_reference.html).
 """
 
-from collections.abc import Mapping
+import csv
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 
 from sitl_shim.autopilot.parameters import (
     ParameterDefinition,
@@ -103,10 +105,29 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("THR_MDL_FAC", _REAL, 0.0, 0.0, 1.0, "rotor thrust = f u^2 + (1 - f) u"),
 )
 
-DEFINITIONS: tuple[ParameterDefinition, ...] = tuple(
-    ParameterDefinition(name, kind, default, minimum, maximum, meaning)
-    for name, kind, default, minimum, maximum, meaning in _TABLE
-)
+_LIST = Path(__file__).with_name("parameter_list.csv")
+"""All parameters that PX4 v1.17 lists for its simulated quadrotor, with their values."""
+_TYPES = {"int32": _INT, "float": _REAL}
+_LIMITS = {_INT: (-(2.0**31), 2.0**31 - 1.0), _REAL: (-3.4e38, 3.4e38)}
+
+
+def _definitions() -> Iterator[ParameterDefinition]:
+    """What acts here, and what clients expect to find, keep and read back all the same."""
+    for row in _TABLE:
+        yield ParameterDefinition(*row)
+    acting = {row[0] for row in _TABLE}
+    with _LIST.open(newline="", encoding="ascii") as file:
+        for entry in csv.DictReader(file):
+            if entry["name"] not in acting:
+                kind = _TYPES[entry["type"]]
+                minimum, maximum = _LIMITS[kind]
+                value = float(entry["value"])
+                yield ParameterDefinition(
+                    entry["name"], kind, value, minimum, maximum, "kept, without effect here"
+                )
+
+
+DEFINITIONS: tuple[ParameterDefinition, ...] = tuple(_definitions())
 
 
 def make_parameters(overrides: Mapping[str, float]) -> ParameterStore:

@@ -2,8 +2,10 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from sitl_shim.mavlink.services import dataflash, ulog
+from sitl_shim.mavlink.services.file_tree import ListedFile
 from sitl_shim.mavlink.services.flight_record import Record, record_of
 from sitl_shim.simulation import Simulation
 
@@ -90,9 +92,11 @@ class FlightLogs:
         """Forget all logs; a new one begins at once."""
         self.logs = []
 
-    def files(self) -> dict[str, Callable[[], bytes]]:
-        """Contents by path."""
-        return {log.path: lambda log=log: bytes(log.content) for log in self.logs}  # type: ignore[misc]
+    def files(self) -> dict[str, ListedFile]:
+        """The logs by path."""
+        return {
+            log.path: ListedFile(len(log.content), partial(bytes, log.content)) for log in self.logs
+        }
 
     def _begin(self, now_us: int) -> str | None:
         number = self._written

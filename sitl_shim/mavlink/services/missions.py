@@ -1,47 +1,23 @@
-"""The mission protocol: upload, download, clear, set current, and how a mission gets on.
+"""The mission protocol on all links: download, clear, set current, time-outs; uploads are apart.
 
 https://mavlink.io/en/services/mission.html
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from enum import Enum
 
 from sitl_shim.mavlink.services import mission_items as wire
 from sitl_shim.mavlink.services.context import Context
-from sitl_shim.mavlink.services.mission_items import WireItem
 from sitl_shim.mavlink.services.mission_manners import manners_of
 from sitl_shim.mavlink.services.mission_progress import MissionProgress
 from sitl_shim.mavlink.services.mission_store import MissionStore
-from sitl_shim.mavlink.wire import Message, dialect
+from sitl_shim.mavlink.services.mission_transfer import Answers, State, Transfer, sender_of
+from sitl_shim.mavlink.services.mission_upload import MissionUpload
+from sitl_shim.mavlink.wire import Message
 
 _PLANNER_COMPONENT_ID = 190
 """MAV_COMP_ID_MISSIONPLANNER: autopilots take what is addressed to it for theirs."""
-_UNSUPPORTED_BY_CLIENT = wire.UNSUPPORTED
 
-
-class _State(Enum):
-    IDLE = "idle"
-    RECEIVING = "receiving"
-    SENDING = "sending"
-
-
-@dataclass(slots=True)
-class _Transfer:
-    """What goes on, on one link."""
-
-    state: _State = _State.IDLE
-    mission_type: int = wire.MISSION
-    partner: tuple[int, int] = (0, 0)
-    count: int = 0
-    sequence: int = 0
-    """Of the item that is expected or asked for next."""
-    items: list[WireItem] = field(default_factory=list)
-    current: int = 0
-    as_int: bool = True
-    """Which kind of message the partner speaks: it is asked in its own."""
-    sent_us: int = 0
-    received_us: int = 0
+_Reader = Callable[[int, Transfer, Message], None]
 
 
 class Missions:
@@ -58,18 +34,23 @@ class Missions:
             context.sim, self._manners.capacity, home_first=self._manners.home_first
         )
         self._progress = MissionProgress(context, self._store, self._manners)
-        self._transfers = [_Transfer() for _ in context.links]
+        self._transfers = [Transfer() for _ in context.links]
+        self._answers = Answers(context, self._store, self._manners)
+        self._upload = MissionUpload(
+            context, self._store, self._manners, self._answers, self._transfers
+        )
 
     @property
     def handlers(self) -> Mapping[str, Callable[[int, Message], None]]:
         """What it reads."""
-        readers: dict[str, Callable[[int, _Transfer, Message], None]] = {
-            "MISSION_COUNT": self._count,
-            "MISSION_ITEM": self._item,
-            "MISSION_ITEM_INT": self._item,
+        request = self._request_any if self._manners.any_order else self._request_in_turn
+        readers: dict[str, _Reader] = {
+            "MISSION_COUNT": self._upload.count,
+            "MISSION_ITEM": self._upload.item,
+            "MISSION_ITEM_INT": self._upload.item,
             "MISSION_REQUEST_LIST": self._request_list,
-            "MISSION_REQUEST": self._request,
-            "MISSION_REQUEST_INT": self._request,
+            "MISSION_REQUEST": request,
+            "MISSION_REQUEST_INT": request,
             "MISSION_ACK": self._acknowledged,
             "MISSION_SET_CURRENT": self._set_current,
             "MISSION_CLEAR_ALL": self._clear_all,
@@ -78,183 +59,111 @@ class Missions:
 
     def step(self, now_us: int) -> None:
         """Ask again for what does not come, give up, tell how the mission gets on."""
-        manners = self._manners
         for link, transfer in enumerate(self._transfers):
-            if transfer.state is _State.IDLE:
-                continue
-            if now_us - transfer.received_us > manners.timeout_us:
-                self._say(link, manners.timeout_text)
-                if manners.timeout_result is not None and transfer.state is _State.RECEIVING:
-                    self._acknowledge(link, transfer, manners.timeout_result)
-                self._finish(transfer)
-            elif (
-                transfer.state is _State.RECEIVING and now_us - transfer.sent_us > manners.retry_us
-            ):
-                self._ask(link, transfer)
+            if transfer.state is not State.IDLE:
+                self._watch(link, transfer, now_us)
         self._progress.step(now_us)
 
-    # --- upload ---
-
-    def _count(self, link: int, transfer: _Transfer, message: Message) -> None:
-        sender = _sender(message)
-        if transfer.state is _State.SENDING and not self._manners.any_order:
-            self._reply(link, sender, message.mission_type, wire.ERROR)
-            return
-        if transfer.state is _State.RECEIVING:
-            if sender != transfer.partner:
-                self._reply(link, sender, message.mission_type, wire.DENIED)
-                return
-            if transfer.sequence > 0 and not self._manners.any_order:
-                self._say(link, "WPM: REJ. CMD: Busy")
-                self._acknowledge(link, transfer, wire.ERROR)
-                return
-        elif self._busy_elsewhere(transfer):
-            self._reply(link, sender, message.mission_type, wire.ERROR)
-            return
-        if message.count > self._store.capacity(message.mission_type):
-            self._reply(link, sender, message.mission_type, self._manners.too_many_result)
-            return
-        if message.count == 0:
-            self._store.clear(message.mission_type)
-            self._reply(link, sender, message.mission_type, wire.ACCEPTED)
-            return
-        self._begin(transfer, _State.RECEIVING, message, message.count)
-        self._ask(link, transfer)
-
-    def _item(self, link: int, transfer: _Transfer, message: Message) -> None:
-        sender = _sender(message)
-        if transfer.state is not _State.RECEIVING:
-            repeated = transfer.partner == sender and transfer.sequence == message.seq + 1
-            if transfer.state is _State.IDLE and repeated and self._manners.forgives_repetition:
-                self._acknowledge(link, transfer, wire.ACCEPTED)
-                return
-            busy = transfer.state is _State.SENDING
-            self._say(link, f"IGN MISSION_ITEM: {'Busy' if busy else 'No transfer'}")
-            self._reply(link, sender, message.mission_type, wire.ERROR)
-            return
-        if sender != transfer.partner:
-            self._reply(link, sender, message.mission_type, wire.DENIED)
-            return
-        if message.mission_type != transfer.mission_type:
-            self._acknowledge(link, transfer, wire.ERROR)
-            return
-        transfer.received_us = self._context.sim.time_us
-        if message.seq != transfer.sequence:
-            if self._manners.unexpected_item_result is not None:
-                self._acknowledge(link, transfer, self._manners.unexpected_item_result)
-            return
-        item = wire.read_item(message)
-        if isinstance(item, int):
-            self._say(link, "IGN MISSION_ITEM: Invalid item")
-            self._acknowledge(link, transfer, item)
-            self._finish(transfer)
-            return
-        if message.current:
-            transfer.current = message.seq
-        transfer.items.append(item)
-        transfer.sequence += 1
-        if transfer.sequence < transfer.count:
-            self._ask(link, transfer)
-            return
-        self._store.replace(transfer.mission_type, transfer.items, transfer.current)
-        self._finish(transfer)
-        self._acknowledge(link, transfer, wire.ACCEPTED)
+    def _watch(self, link: int, transfer: Transfer, now_us: int) -> None:
+        manners, receiving = self._manners, transfer.state is State.RECEIVING
+        if now_us - transfer.received_us > manners.timeout_us:
+            self._answers.say(link, manners.timeout_text)
+            if manners.timeout_result is not None and receiving:
+                self._answers.acknowledge(link, transfer, manners.timeout_result)
+            transfer.finish()
+        elif receiving and now_us - transfer.sent_us > manners.retry_us:
+            self._answers.ask(link, transfer)
 
     # --- download ---
 
-    def _request_list(self, link: int, transfer: _Transfer, message: Message) -> None:
-        sending = transfer.state is _State.SENDING and (
-            transfer.mission_type == message.mission_type
-            or transfer.sequence >= transfer.count
-            or self._manners.any_order
+    def _request_list(self, link: int, transfer: Transfer, message: Message) -> None:
+        may_begin_again = transfer.state is State.SENDING and (
+            transfer.mission_type == message.mission_type or transfer.sequence >= transfer.count
         )
-        if not (transfer.state is _State.IDLE or sending):
+        if transfer.state is not State.IDLE and not may_begin_again:
             if self._manners.any_order:
-                self._reply(link, _sender(message), message.mission_type, wire.DENIED)
-            self._say(link, "Mission download request ignored, already active")
+                self._answers.reply(link, message, wire.DENIED)
+            self._answers.say(link, "Mission download request ignored, already active")
             return
         count = len(self._store.items(message.mission_type))
         if not self._manners.any_order:
-            self._begin(transfer, _State.SENDING, message, count)
-        answer = dialect.MAVLink_mission_count_message(
-            *_sender(message), count, message.mission_type
-        )
-        self._context.links[link].send(answer)
+            transfer.begin(State.SENDING, message, count, self._context.sim.time_us)
+        self._answers.send_count(link, message, count)
 
-    def _request(self, link: int, transfer: _Transfer, message: Message) -> None:
-        as_int = message.get_type() == "MISSION_REQUEST_INT"
-        transfer.as_int = as_int
-        sender = _sender(message)
-        if self._manners.any_order:
-            if transfer.state is _State.RECEIVING:
-                self._reply(link, sender, message.mission_type, wire.DENIED)
-            elif message.seq >= len(self._store.items(message.mission_type)):
-                self._reply(link, sender, message.mission_type, wire.INVALID_SEQUENCE)
-            else:
-                self._send_item(link, sender, message.mission_type, message.seq, as_int=as_int)
-            return
-        if transfer.state is _State.IDLE:
-            return
-        if transfer.state is _State.RECEIVING:
-            self._say(link, "WPM: REJ. CMD: Busy")
-            self._acknowledge(link, transfer, wire.DENIED)
-            return
-        if sender != transfer.partner:
-            self._reply(link, sender, message.mission_type, wire.DENIED)
-            return
-        if message.mission_type != transfer.mission_type:
-            self._acknowledge(link, transfer, wire.ERROR)
-            return
-        transfer.received_us = self._context.sim.time_us
-        in_turn = message.seq in (transfer.sequence, transfer.sequence - 1)
-        if not in_turn or message.seq >= len(self._store.items(transfer.mission_type)):
-            self._finish(transfer)
-            self._acknowledge(link, transfer, wire.ERROR)
-            self._say(link, "WPM: REJ. CMD: Req. WP was unexpected")
-            return
-        transfer.sequence = message.seq + 1
-        self._send_item(link, sender, transfer.mission_type, message.seq, as_int=as_int)
+    def _request_any(self, link: int, transfer: Transfer, message: Message) -> None:
+        """An item is asked for, whichever."""
+        self._note_kind(transfer, message)
+        if transfer.state is State.RECEIVING:
+            self._answers.reply(link, message, wire.DENIED)
+        elif message.seq >= len(self._store.items(message.mission_type)):
+            self._answers.reply(link, message, wire.INVALID_SEQUENCE)
+        else:
+            self._answers.send_item(link, message)
 
-    def _acknowledged(self, link: int, transfer: _Transfer, message: Message) -> None:
-        if transfer.state is _State.IDLE:
+    def _request_in_turn(self, link: int, transfer: Transfer, message: Message) -> None:
+        """An item is asked for: it must be the next of a download, or the last one again."""
+        answers = self._answers
+        self._note_kind(transfer, message)
+        if transfer.state is State.IDLE:
             return
-        if _sender(message) != transfer.partner:
-            self._say(link, "REJ. WP CMD: partner id mismatch")
+        if transfer.state is State.RECEIVING:
+            answers.say(link, "WPM: REJ. CMD: Busy")
+            answers.acknowledge(link, transfer, wire.DENIED)
+        elif sender_of(message) != transfer.partner:
+            answers.reply(link, message, wire.DENIED)
+        elif message.mission_type != transfer.mission_type:
+            answers.acknowledge(link, transfer, wire.ERROR)
+        else:
+            transfer.received_us = self._context.sim.time_us
+            in_turn = message.seq in (transfer.sequence, transfer.sequence - 1)
+            if in_turn and message.seq < len(self._store.items(transfer.mission_type)):
+                transfer.sequence = message.seq + 1
+                answers.send_item(link, message)
+                return
+            transfer.finish()
+            answers.acknowledge(link, transfer, wire.ERROR)
+            answers.say(link, "WPM: REJ. CMD: Req. WP was unexpected")
+
+    def _acknowledged(self, link: int, transfer: Transfer, message: Message) -> None:
+        if transfer.state is State.IDLE:
+            return
+        if sender_of(message) != transfer.partner:
+            self._answers.say(link, "REJ. WP CMD: partner id mismatch")
             return
         if message.type == wire.CANCELLED:
-            self._finish(transfer)
-        elif transfer.state is _State.RECEIVING:
-            if message.type == _UNSUPPORTED_BY_CLIENT:  # try the other kind of message
+            transfer.finish()
+        elif transfer.state is State.RECEIVING:
+            if message.type == wire.UNSUPPORTED:  # the client knows the other kind of message only
                 transfer.as_int = not transfer.as_int
-                self._ask(link, transfer)
+                self._answers.ask(link, transfer)
         elif message.mission_type == transfer.mission_type and message.type == wire.ACCEPTED:
             if transfer.sequence < transfer.count:
-                self._say(link, "WPM: ERR: not all items sent -> IDLE")
-            self._finish(transfer)
+                self._answers.say(link, "WPM: ERR: not all items sent -> IDLE")
+            transfer.finish()
 
     # --- the rest ---
 
-    def _set_current(self, link: int, transfer: _Transfer, message: Message) -> None:
-        if transfer.state is _State.RECEIVING:
-            self._say(link, "WPM: IGN WP CURR CMD: Busy")
+    def _set_current(self, link: int, transfer: Transfer, message: Message) -> None:
+        if transfer.state is State.RECEIVING:
+            self._answers.say(link, "WPM: IGN WP CURR CMD: Busy")
         elif not self._store.plan.set_current(message.seq):
-            self._say(link, "WPM: WP CURR CMD: Not in list")
+            self._answers.say(link, "WPM: WP CURR CMD: Not in list")
         elif self._manners.tells_current_at_once:
             self._progress.tell_current()
 
-    def _clear_all(self, link: int, transfer: _Transfer, message: Message) -> None:
-        if transfer.state is not _State.IDLE:
-            self._say(link, "WPM: IGN CLEAR CMD: Busy")
+    def _clear_all(self, link: int, transfer: Transfer, message: Message) -> None:
+        if transfer.state is not State.IDLE:
+            self._answers.say(link, "WPM: IGN CLEAR CMD: Busy")
             return
         known = self._store.clear(message.mission_type)
-        result = wire.ACCEPTED if known else wire.ERROR
-        self._reply(link, _sender(message), message.mission_type, result)
+        self._answers.reply(link, message, wire.ACCEPTED if known else wire.ERROR)
 
-    # --- parts ---
+    @staticmethod
+    def _note_kind(transfer: Transfer, message: Message) -> None:
+        """Remember which kind of message the client speaks."""
+        transfer.as_int = message.get_type() == "MISSION_REQUEST_INT"
 
-    def _addressed(
-        self, reader: Callable[[int, _Transfer, Message], None]
-    ) -> Callable[[int, Message], None]:
+    def _addressed(self, reader: _Reader) -> Callable[[int, Message], None]:
         """The same reader, for what is addressed to the autopilot only."""
 
         def read(link: int, message: Message) -> None:
@@ -264,61 +173,3 @@ class Missions:
                 reader(link, self._transfers[link], message)
 
         return read
-
-    def _begin(self, transfer: _Transfer, state: _State, message: Message, count: int) -> None:
-        transfer.state = state
-        transfer.mission_type = message.mission_type
-        transfer.partner = _sender(message)
-        transfer.count = count
-        transfer.sequence = transfer.current = 0
-        transfer.items = []
-        transfer.received_us = self._context.sim.time_us
-
-    @staticmethod
-    def _finish(transfer: _Transfer) -> None:
-        transfer.state = _State.IDLE
-        transfer.items = []
-
-    def _busy_elsewhere(self, transfer: _Transfer) -> bool:
-        """Whether another link is uploading."""
-        return any(
-            each is not transfer and each.state is _State.RECEIVING for each in self._transfers
-        )
-
-    def _ask(self, link: int, transfer: _Transfer) -> None:
-        make = (
-            dialect.MAVLink_mission_request_int_message
-            if transfer.as_int
-            else dialect.MAVLink_mission_request_message
-        )
-        transfer.sent_us = self._context.sim.time_us
-        message = make(*transfer.partner, transfer.sequence, transfer.mission_type)
-        self._context.links[link].send(message)
-
-    def _send_item(
-        self, link: int, target: tuple[int, int], mission_type: int, seq: int, *, as_int: bool
-    ) -> None:
-        self._context.links[link].send(
-            wire.item_message(
-                self._store.items(mission_type)[seq],
-                seq,
-                mission_type,
-                target,
-                current=mission_type == wire.MISSION and seq == self._store.plan.current,
-                as_int=as_int,
-            )
-        )
-
-    def _acknowledge(self, link: int, transfer: _Transfer, result: int) -> None:
-        self._reply(link, transfer.partner, transfer.mission_type, result)
-
-    def _reply(self, link: int, target: tuple[int, int], mission_type: int, result: int) -> None:
-        answer = dialect.MAVLink_mission_ack_message(*target, result, mission_type)
-        self._context.links[link].send(answer)
-
-    def _say(self, link: int, text: str) -> None:
-        self._context.say(link, self._manners.severity, text + self._manners.text_end)
-
-
-def _sender(message: Message) -> tuple[int, int]:
-    return (message.get_srcSystem(), message.get_srcComponent())
