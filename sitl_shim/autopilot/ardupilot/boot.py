@@ -18,7 +18,7 @@ _GPS_SEEN_S, _GPS_FIX_S = 9.824, 10.0
 HOME_S = 20.014
 _ELEVATION_S, _SECOND_ORIGIN_S = 20.044, 20.214
 AHRS_HEALTHY_S = 22.5
-GYROS_CONSISTENT_S = 22.7
+GYROS_CONSISTENT_S = 22.8
 _POSITION_S = (37.5, 41.7)
 """When the estimator begins to use GPS: somewhere in between."""
 YAW_ERROR_RAD = -0.0426

@@ -77,6 +77,8 @@ class Commander:
         self.mode = Mode.GUIDED if airborne else Mode.STABILIZE
         self.armed = airborne
         self.armed_us = 0
+        self._situation_mode = self.mode
+        """In which the controllers were when they told of their situation."""
 
     # --- state for others ---
 
@@ -88,8 +90,11 @@ class Commander:
     @property
     def base_shows_position(self) -> bool:
         """Whether base_mode has the bit of a controlled position."""
-        booting = not self._boot.passed(self._time_us, SWITCHES_READ_S)
-        return booting or self._situation.position_controlled
+        if not self._boot.passed(self._time_us, SWITCHES_READ_S):
+            return True
+        if self.mode is not self._situation_mode:  # the controllers follow at the next step
+            return self.mode.needs_position or self.mode is Mode.LAND
+        return self._situation.position_controlled
 
     @property
     def system_status(self) -> int:
@@ -136,9 +141,10 @@ class Commander:
         """One period of 4 ms."""
         self._time_us = time_us
         self._situation = situation
+        self._situation_mode = self.mode
         if not self._switch_read and self.ready:
             self._switch_read = True  # whatever was asked for before is overwritten
-            self._change(Mode.STABILIZE, always=True)
+            self._change(Mode.STABILIZE)
         texts, announcements = self._boot.step(time_us)
         if texts:
             self._texts += texts
@@ -230,8 +236,8 @@ class Commander:
             self.say(_WARNING, f"Mode change to AUTO failed: {reason}")
         return not reason
 
-    def _change(self, mode: Mode, *, always: bool = False) -> None:
-        if mode is not self.mode or always:
+    def _change(self, mode: Mode) -> None:
+        if mode is not self.mode:
             self.mode = mode
             self._announcements.append(Announcement.HEARTBEAT)
 
