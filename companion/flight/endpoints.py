@@ -10,9 +10,10 @@ from companion.link.url import parse_link_url
 from companion.mavlink.framing import Frame, Framer
 
 _LARGEST_DATAGRAM = 1400
+_LARGEST_READ = 4096
 _BYTES_PER_S = 10_000.0
 """Of one client to the vehicle: the setpoints need the link."""
-_BURST_BYTES = 20_000.0
+_BURST_BYTES = 10_000.0
 
 
 @dataclass(slots=True)
@@ -81,15 +82,20 @@ class Endpoint:
                 if not client.send(datagram):
                     self.unsent += 1
 
-    def read(self, client: Client, data: bytes, now_s: float) -> list[tuple[Frame, bool]]:
-        """Frames in what a client says, and whether each is within its allowance."""
+    def read(self, client: Client, data: bytes, now_s: float) -> list[Frame] | None:
+        """Frames in what a client says; None if that is more than it may say.
+
+        It is not even looked at then: looking takes the time that the controller needs.
+        """
         talker = self._talkers.get(client)
         if talker is None:
             talker = self._talkers[client] = _Talker(now_s)
+        if len(data) > _LARGEST_READ or not talker.may_send(len(data), now_s):
+            return None
         frames = talker.framer.feed(data)
         if self.clients.datagrams:
             frames += talker.framer.finish()
-        return [(frame, talker.may_send(len(frame.raw), now_s)) for frame in frames]
+        return frames
 
     def _forget(self, client: Client) -> None:
         self._talkers.pop(client, None)

@@ -29,6 +29,7 @@ from companion.mavlink.telemetry import is_truth
 _LATER_PER_CHORE = 2
 _MOST_LATER = 200
 _MOST_KINDS_TOLD = 100
+_TOO_MUCH = "reads of clients who say too much"
 _SECOND_COMPUTER = 192
 """MAV_COMP_ID_ONBOARD_COMPUTER2: acknowledgements to it are nobody's."""
 _ACK_TARGET_AT = 9
@@ -151,13 +152,14 @@ class Forwarder:
         if not endpoint.knows(client):
             self._tell_once(endpoint, f"client {client.name}", "is there", "info")
         frames = endpoint.read(client, data, now_s)
+        if frames is None:
+            self.refused[_TOO_MUCH] = self.refused.get(_TOO_MUCH, 0) + 1
+            self._tell_once(endpoint, f"client {client.name}", "says more than is passed on")
+            return
         if self._connection.peers.vehicle is None:
             return  # nobody to tell it to
-        for frame, allowed in frames:
-            if allowed:
-                self._pass_on(endpoint, client, frame)
-            else:
-                self._refuse(endpoint, client, frame, Refusal("messages", "there are too many"))
+        for frame in frames:
+            self._pass_on(endpoint, client, frame)
 
     def _pass_on(self, endpoint: Endpoint, client: Client, frame: Frame) -> None:
         connection = self._connection
@@ -238,9 +240,9 @@ class Forwarder:
         self, endpoint: Endpoint, who: str, text: str, severity: str = "warning"
     ) -> None:
         where = endpoint.description
-        if (where, who) in self._told or len(self._told) >= _MOST_KINDS_TOLD:
+        if (where, who + text) in self._told or len(self._told) >= _MOST_KINDS_TOLD:
             return
-        self._told.add((where, who))
+        self._told.add((where, who + text))
         self._tell(severity, f"{where}: {who} {text}")
 
 

@@ -341,10 +341,10 @@ async def test_a_client_that_says_too_much_does_not_flood_the_vehicle():
         for _ in range(40):
             client.say(*[ALIVE] * 60)
             await asyncio.sleep(0)
-        await until(lambda: stage.forwarder.refused.get("messages", 0) > 100)
+        await until(lambda: sum(stage.forwarder.refused.values()) > 10)
 
         assert sum(len(frame.raw) for frame in stage.vehicle.frames) < 40_000
-        assert any("too many" in text for _, text in stage.told)
+        assert any("says more than" in text for _, text in stage.told)
 
 
 async def test_noise_makes_no_client_and_harms_nobody():
