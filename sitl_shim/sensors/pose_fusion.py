@@ -134,6 +134,8 @@ class PoseFusion:
             if interval_s > _LONGEST_INTERVAL_S:
                 return
             self.fusing = True
+            if now_s - self._fused_s > _GIVES_IN_AFTER_S:
+                self.velocity = self._velocity_between(previous, pose, aiding, heading)
             self._set_to(pose, aiding, then, now_s)
             return
         if pose.reset_counter != previous.reset_counter:
@@ -177,11 +179,20 @@ class PoseFusion:
             ),
             maxlen=_REMEMBERED,
         )
-        if not self.started:
-            self.velocity = (0.0, 0.0, 0.0)
         self.started = True
         self.resets += 1
         self._fused_s = now_s
+
+    def _velocity_between(
+        self, before: ExternalPose, after: ExternalPose, aiding: Aiding, heading: float
+    ) -> Vector3:
+        """How fast the vehicle moves, by two poses: what the filter had grown sure of is gone."""
+        passed_s = after.time_s - before.time_s
+        if passed_s < 1e-3:
+            return (0.0, 0.0, 0.0)
+        x, y, z = self._in_our_frame(before, aiding, heading)
+        u, v, w = self._in_our_frame(after, aiding, heading)
+        return ((u - x) / passed_s, (v - y) / passed_s, (w - z) / passed_s)
 
     def _in_our_frame(self, pose: ExternalPose, aiding: Aiding, heading: float) -> Vector3:
         """Its position; turned by the headings' difference if its yaw is not to be believed."""
