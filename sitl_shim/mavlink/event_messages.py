@@ -18,6 +18,7 @@ _SEQUENCE = struct.Struct("<HB")
 _REQUEST = struct.Struct("<HHBB")
 _ERROR = struct.Struct("<HHBBB")
 _HEADER_BYTES = 10
+_SYSTEM_AT = 5
 _ARGUMENT_BYTES = 40
 
 
@@ -74,6 +75,7 @@ class RequestEvent:
     """
 
     __slots__ = (
+        "_source",
         "_unknown",
         "first_sequence",
         "last_sequence",
@@ -92,11 +94,20 @@ class RequestEvent:
         self.first_sequence, self.last_sequence, self.target_system, self.target_component = (
             _REQUEST.unpack_from(payload)
         )
+        self._source = (raw[_SYSTEM_AT], raw[_SYSTEM_AT + 1])
         self._unknown = unknown
 
     def __getattr__(self, name: str) -> Untyped:
         """Header and signature are those of what came in."""
         return getattr(self._unknown, name)
+
+    def get_srcSystem(self) -> int:  # noqa: N802  # as the generated messages name it
+        """The sender's system id, which pymavlink does not read here."""
+        return self._source[0]
+
+    def get_srcComponent(self) -> int:  # noqa: N802
+        """The sender's component id."""
+        return self._source[1]
 
     def get_type(self) -> str:
         """The message's name."""
