@@ -96,6 +96,7 @@ class ClimbRateGains(Section):
     omega: Positive
     k: Positive
     gamma: Positive
+    sigma_bound: Positive
 
 
 class L1Config(Section):

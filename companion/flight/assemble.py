@@ -141,6 +141,7 @@ def _over_the_autopilots_loop(controller: ControllerConfig) -> ControllerConfig:
             "omega": (*l1.omega[:2], z.omega),
             "k": (*l1.k[:2], z.k),
             "gamma": (*l1.gamma[:2], z.gamma),
+            "sigma_bound": (*l1.sigma_bound[:2], z.sigma_bound),
         }
     )
     return controller.model_copy(update={"l1": slower})
