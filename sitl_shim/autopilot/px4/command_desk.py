@@ -174,6 +174,7 @@ class CommandDesk:
         if result == _ACCEPTED:
             self._commander.reposition(
                 Reposition(
+                    goes=True,
                     position_xy_m=command.position_xy_m,
                     altitude_m=command.altitude_m,
                     above_home=command.above_home,
@@ -189,7 +190,7 @@ class CommandDesk:
         if self._commander.mode is Mode.AUTO_MISSION:
             self._plan.change_speed(speed)
         elif speed is not None:
-            self._commander.reposition(Reposition(speed_m_s=speed))
+            self._commander.reposition(Reposition(goes=False, speed_m_s=speed))
         return _ACCEPTED
 
     def _speed(self, wanted_m_s: float) -> float | None:

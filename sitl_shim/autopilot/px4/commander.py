@@ -27,25 +27,19 @@ _KNOWN = arming.PositionKnown()
 
 @dataclass(frozen=True, slots=True)
 class Reposition:
-    """Where a vehicle that holds is to go."""
+    """Where a vehicle that holds is to go, or only how fast."""
+
+    goes: bool
+    """Whether anything but the speed changes."""
 
     position_xy_m: tuple[float, float] | None = None
-    """East and north; None: where it is."""
+    """East and north; None: where it can come to rest."""
     altitude_m: float = math.nan
     """In the local frame, or above home; NaN: the altitude that it holds."""
     above_home: bool = False
     yaw_enu_rad: float = math.nan
     speed_m_s: float | None = None
     """Horizontal, from now on; None as before."""
-
-    @property
-    def goes_somewhere(self) -> bool:
-        """Whether there is a place, a height or a heading in it."""
-        return (
-            self.position_xy_m is not None
-            or math.isfinite(self.altitude_m)
-            or math.isfinite(self.yaw_enu_rad)
-        )
 
 
 class Commander:

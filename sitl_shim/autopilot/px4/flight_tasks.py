@@ -136,6 +136,11 @@ class FlightTask:
         self.taking_off = self.landing = self.descending = False
         self._make = self._go
 
+    def stop(self) -> None:
+        """Come to rest, and hold there."""
+        stop_x, stop_y, self._goal_z = self._trajectory.stopping_point()
+        self._goal_xy = (stop_x, stop_y)
+
     def land_at_goal(self) -> None:
         """Land where it holds."""
         self._land_here()

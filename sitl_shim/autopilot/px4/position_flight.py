@@ -216,7 +216,9 @@ class PositionFlight:
             return
         if wanted.speed_m_s is not None:
             task.cruise_m_s = wanted.speed_m_s
-        if wanted.goes_somewhere:
+        if wanted.goes:
+            if wanted.position_xy_m is None:
+                task.stop()
             z = wanted.altitude_m + (self._home[2] if wanted.above_home else 0.0)
             task.fly_to(wanted.position_xy_m, z, wanted.yaw_enu_rad)
 
