@@ -81,7 +81,7 @@ def run_check(request: CheckRequest) -> Verdict:
     console = _console(sys.stderr if request.json_output else sys.stdout)
 
     def tell(severity: str, text: str) -> None:
-        console.print(Text(text, style=_STYLES.get(severity, "")))
+        console.print(Text(text, style=_STYLES.get(severity, "")), soft_wrap=True)
 
     try:
         checked = _check(order, tell, shim, key, lockstep=request.lockstep)

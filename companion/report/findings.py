@@ -26,16 +26,13 @@ _SUMMARIES = {
 }
 
 
-def print_findings(
-    console: Console, findings: Sequence[Finding], title: str, *, fixed: bool = False
-) -> None:
+def print_findings(console: Console, findings: Sequence[Finding], title: str) -> None:
     """Print what was found, what to do about it, and the parameters that would be set.
 
     Args:
         console: where to.
         findings: in the order in which they are told.
         title: what was checked.
-        fixed: the parameters have been set already.
     """
     console.print(Text(title, style="bold"))
     table = Table(box=None, pad_edge=False, header_style="dim")
@@ -50,7 +47,7 @@ def print_findings(
         table.add_row(finding.subject, Text(mark, style=style), text)
     console.print(table)
     changes = changes_of(findings)
-    if changes and not fixed:
+    if changes:
         console.print()
         console.print(Text("to set, or have set by --fix:"))
         for change in changes:
