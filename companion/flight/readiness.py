@@ -15,6 +15,8 @@ _BETWEEN_REQUESTS_S = 1.0
 _SILENT_S = 5.0
 """Reports that come five times a second have stopped by then: the autopilot was restarted, or
 somebody else has set the interval."""
+_HEARD_S = 2.0
+"""Its HEARTBEAT comes once a second; a link that is silent as a whole is another matter."""
 _QUIET_AT_FIRST_S = 1.0
 _QUIET_S = 3.0
 
@@ -45,11 +47,12 @@ class _Reports:
         self._since_s = asyncio.get_running_loop().time()
 
     def silent(self, now_s: float) -> bool:
-        """True once none has come for `_SILENT_S`."""
+        """True once none has come for `_SILENT_S`, though the vehicle is heard."""
         count = self._counted()
         if count != self._count:
             self._count, self._since_s = count, now_s
-        return now_s - self._since_s > _SILENT_S
+        heard = now_s - self._connection.heard_s < _HEARD_S
+        return heard and now_s - self._since_s > _SILENT_S
 
     def _counted(self) -> int:
         return self._connection.counts.get(MessageId.SYS_STATUS, 0)

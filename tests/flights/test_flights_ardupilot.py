@@ -350,7 +350,7 @@ def test_an_autopilot_that_restarts_on_the_ground_is_waited_for(bench):
     restart = Restart(bench.wire, before_s=100.0)
     bench.wire.from_shim = restart.tamper
     bench.after("ready", 1.5, restart.begin)
-    flown = bench.fly(options={"autopilot": "ardupilot"})
+    flown = bench.fly(options={"autopilot": "ardupilot"}, boot_scale=0.3)
     assert flown.outcome.outcome == "landed", flown.outcome.note
     assert flown.outcome.completed
     (told,) = flown.told("the autopilot has restarted")
@@ -365,7 +365,7 @@ def test_an_autopilot_that_restarts_on_the_ground_is_waited_for(bench):
 def test_streams_that_somebody_stopped_before_the_flight_are_asked_for_again(bench):
     """As if it had restarted so early that its time since boot told nothing."""
     bench.after("ready", 1.5, Restart(bench.wire).begin)
-    flown = bench.fly()
+    flown = bench.fly(boot_scale=0.3)
     assert flown.outcome.outcome == "landed", flown.outcome.note
     assert len(flown.told("SYS_STATUS has stopped; asking for the streams again")) == 1
 

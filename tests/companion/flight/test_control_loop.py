@@ -30,6 +30,7 @@ class Stack:
         self.raises = None
         self.start_raises = None
         self.starts = 0
+        self.attitude_loop = None
 
     def about(self, anchor_enu_m):
         self._stack = self._stack.about(anchor_enu_m)
