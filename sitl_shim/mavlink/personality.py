@@ -60,6 +60,9 @@ class Personality:
     """Whether EVENT (410) is sent to companions."""
     answers_with_parameter_index: bool
     """PARAM_VALUE that answers READ and SET has the index of the list; else 65535."""
+    tells_changes_again: bool
+    """A parameter that was set is told to all links a moment later, to the asker once more; else
+    to the other links alone."""
     announcements: Mapping[Announcement, Builder]
     """Messages that go to all links when something changes."""
 
@@ -89,6 +92,7 @@ _PX4 = Personality(
     parameter_file=False,
     events=True,
     answers_with_parameter_index=True,
+    tells_changes_again=True,
     announcements={Announcement.ORIGIN: status.gps_global_origin},
 )
 
@@ -117,6 +121,7 @@ _ARDUPILOT = Personality(
     parameter_file=True,
     events=False,
     answers_with_parameter_index=False,
+    tells_changes_again=False,
     announcements=streams_ardupilot.ANNOUNCEMENTS,
 )
 

@@ -138,8 +138,14 @@ class Parameters:
                 self._refuse(link, message, _OUT_OF_RANGE)
                 return
         self._context.links[link].send(self._value(name))
-        if store[name] != before:
+        if store[name] == before:
+            return
+        if self._manners.tells_changes_again:
             self._changed.append((self._context.sim.time_us + _TOLD_AFTER_US, name))
+            return
+        for index, other in enumerate(self._context.links):
+            if index != link:
+                other.send(self._value(name))
 
     def _refuse(self, link: int, request: Message, error: int) -> None:
         """Say why, where the flavour says anything."""
