@@ -1,7 +1,7 @@
 """Whether an autopilot's parameters let it fly on poses from outside.
 
 PX4: docs.px4.io/main/en/ros/external_position_estimation.html and its parameter reference.
-ArduPilot: ardupilot.org/copter/docs/common-vio-tracking-camera.html and its parameter reference.
+ArduPilot: ardupilot.org/dev/docs/mavlink-nongps-position-estimation.html, and its parameters.
 """
 
 from collections.abc import Mapping
@@ -26,6 +26,8 @@ class _Wanted(NamedTuple):
     why: str
     bits: int = 0
     """If not 0: only these bits must be set."""
+    also: tuple[float, ...] = ()
+    """Other values that do as well."""
 
 
 _PX4 = (
@@ -43,8 +45,8 @@ _ARDUPILOT = (
     _Wanted("EK3_SRC1_POSXY", 6, "the horizontal position is to come from outside"),
     _Wanted("EK3_SRC1_POSZ", 6, "the height is to come from outside"),
     _Wanted("EK3_SRC1_YAW", 6, "the yaw is to come from outside, not from a compass indoors"),
-    _Wanted("EK3_SRC1_VELXY", 0, "no velocity is sent, and satellites are not there"),
-    _Wanted("EK3_SRC1_VELZ", 0, "no velocity is sent, and satellites are not there"),
+    _Wanted("EK3_SRC1_VELXY", 0, "no velocity is sent, and satellites are not there", also=(6,)),
+    _Wanted("EK3_SRC1_VELZ", 0, "no velocity is sent, and satellites are not there", also=(6,)),
 )
 _WANTED: dict[Autopilot, tuple[_Wanted, ...]] = {"px4": _PX4, "ardupilot": _ARDUPILOT}
 
@@ -73,4 +75,4 @@ def misfits(autopilot: Autopilot, values: Mapping[str, float]) -> tuple[Misfit, 
 def _fits(wanted: _Wanted, value: float) -> bool:
     if wanted.bits:
         return int(value) & wanted.bits == wanted.bits
-    return value == wanted.value
+    return value in (wanted.value, *wanted.also)
