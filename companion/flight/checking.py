@@ -20,8 +20,8 @@ from companion.link.link import Link
 from companion.mavlink.commands import message_interval
 from companion.mavlink.signing import Signing
 from companion.preflight.facts import Facts
-from companion.preflight.finding import Finding, Verdict, accepting, changes_of
-from companion.preflight.judgement import judge
+from companion.preflight.finding import Finding, ParameterChange, Verdict, accepting
+from companion.preflight.judgement import judge, mend
 from companion.trajectories.trajectory import Trajectory
 
 _MEASURED_S = 3.0
@@ -127,10 +127,12 @@ async def _check(order: CheckOrder, connection: Connection, tell: Tell) -> Check
         )
         _refuse_silence(connection)
         plan = plan_to_check(order.config, order.trajectory, connection.our_system_id)
-        findings = accepting(judge(facts, plan), mission.preflight.accept)
-        if order.fix_into is not None:
-            findings = await _fix(findings, connection, order.fix_into, tell)
-        return Checked(tuple(findings), facts)
+        if order.fix_into is None:
+            findings = judge(facts, plan)
+        else:
+            changes, findings = mend(facts, plan, connection.dialect.thrust_meaning)
+            findings += await _fix(changes, connection, order.fix_into, tell)
+        return Checked(tuple(accepting(findings, mission.preflight.accept)), facts)
     finally:
         with contextlib.suppress(FlightAbortedError):
             for stream in connection.streams:
@@ -203,26 +205,20 @@ def _refuse_silence(connection: Connection) -> None:
 
 
 async def _fix(
-    findings: list[Finding], connection: Connection, path: Path, tell: Tell
+    changes: list[ParameterChange], connection: Connection, path: Path, tell: Tell
 ) -> list[Finding]:
-    """Set what findings would have otherwise; give the findings as they are then."""
-    changes = changes_of(findings)
+    """Set what should be otherwise, for good; give what came of it."""
     if not changes:
-        return findings
+        return [Finding("--fix", "nothing had to be set")]
     try:
         note_changes(connection, changes, path)
     except RestoreFileError as error:
-        return [*findings, Finding("--fix", str(error), Verdict.REFUSAL)]
+        return [Finding("--fix", str(error), Verdict.REFUSAL)]
     problems = await set_parameters(connection, changes, tell)
-    troubles = [Finding("--fix", problem, Verdict.REFUSAL) for problem in problems]
-    if troubles:
-        return [*findings, *troubles]
-    return [
-        finding
-        if finding.change is None
-        else Finding(finding.change.name, f"set: {finding.change}", Verdict.NOTE)
-        for finding in findings
-    ]
+    if problems:
+        return [Finding("--fix", problem, Verdict.REFUSAL) for problem in problems]
+    names = ", ".join(change.name for change in changes)
+    return [Finding("--fix", f"set {names}; {path} lists what they were", Verdict.NOTE)]
 
 
 async def _restore(wanted: RestoreList, connection: Connection, tell: Tell) -> Checked:

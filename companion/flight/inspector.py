@@ -11,15 +11,8 @@ from companion.flight.inspection import gather
 from companion.flight.plan_to_check import plan_to_check
 from companion.flight.restore_file import RESTORE_NAME, RestoreFileError
 from companion.flight.voice import Voice
-from companion.preflight.finding import (
-    Finding,
-    ParameterChange,
-    Verdict,
-    accepting,
-    changes_of,
-    with_verdict,
-)
-from companion.preflight.judgement import judge
+from companion.preflight.finding import ParameterChange, Verdict, accepting, with_verdict
+from companion.preflight.judgement import judge, mend
 from companion.trajectories.trajectory import Trajectory
 
 _LISTENED_S = 0.5
@@ -74,9 +67,12 @@ class Inspector:
             with_mocap=mission.mocap is not None,
         )
         plan = plan_to_check(self._config, self._trajectory, connection.our_system_id)
-        findings = judge(facts, plan, settled=False)
         if mission.preflight.fix:
-            findings = await self._fix(findings)
+            meaning = connection.dialect.thrust_meaning
+            changes, findings = mend(facts, plan, meaning, settled=False)
+            await self._fix(changes)
+        else:
+            findings = judge(facts, plan, settled=False)
         findings = accepting(findings, mission.preflight.accept)
         for finding in with_verdict(findings, Verdict.WARNING):
             self._voice.tell("warning", finding.sentence)
@@ -107,18 +103,14 @@ class Inspector:
         with contextlib.suppress(OSError):
             self._restore_file.unlink()
 
-    async def _fix(self, findings: list[Finding]) -> list[Finding]:
-        """Set what findings would have otherwise.
-
-        Returns:
-            The findings that remain.
+    async def _fix(self, changes: list[ParameterChange]) -> None:
+        """Set what should be otherwise.
 
         Raises:
             FlightRefusedError: a parameter could not be set, or the restore file not be written.
         """
-        changes = changes_of(findings)
         if not changes:
-            return findings
+            return
         # After a restart of the autopilot this comes again; what was there at first counts.
         before = {change.name: change for change in self._changes}
         noted = [*before.values(), *(change for change in changes if change.name not in before)]
@@ -130,4 +122,3 @@ class Inspector:
         problems = await set_parameters(self._connection, changes, self._voice.tell)
         if problems:
             raise FlightRefusedError(" ".join(problems))
-        return [finding for finding in findings if finding.change is None]

@@ -1,5 +1,8 @@
 """All judgements together, in the order in which they are told."""
 
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
 from companion.preflight import failsafe_ardupilot, failsafe_px4, fence, mocap, thrust
 from companion.preflight.battery import judge_battery
 from companion.preflight.estimator import judge_estimator
@@ -7,12 +10,16 @@ from companion.preflight.facts import Facts, Plan
 from companion.preflight.failsafe_ardupilot import judge_ardupilot_failsafe
 from companion.preflight.failsafe_px4 import judge_px4_failsafe
 from companion.preflight.fence import judge_autopilot_fence, judge_trajectory
-from companion.preflight.finding import Finding
+from companion.preflight.finding import Finding, ParameterChange, changes_of
 from companion.preflight.link import judge_link
 from companion.preflight.mocap import judge_mocap
 from companion.preflight.streams import judge_streams
 from companion.preflight.thrust import judge_ardupilot_thrust, judge_px4_thrust
 from companion.preflight.vehicle import judge_vehicle
+from companion.thrust_meaning import ThrustMeaning
+
+_ROUNDS = 4
+"""More do not come: each parameter is judged by itself or by the meaning of the thrust field."""
 
 _PARAMETERS = {
     "px4": (*failsafe_px4.PARAMETERS, *thrust.PX4_PARAMETERS, *fence.PX4_PARAMETERS),
@@ -55,6 +62,38 @@ def judge(facts: Facts, plan: Plan, *, settled: bool = True) -> list[Finding]:
         *judge_trajectory(plan),
         *judge_autopilot_fence(facts, plan),
     ]
+
+
+def mend(
+    facts: Facts,
+    plan: Plan,
+    thrust_meaning: Callable[[Mapping[str, float]], ThrustMeaning | str],
+    *,
+    settled: bool = True,
+) -> tuple[list[ParameterChange], list[Finding]]:
+    """The parameters to set, and what would be found once they are set.
+
+    Setting one may show another: the hover thrust matters only where the thrust field is thrust.
+
+    Args:
+        facts: what was gathered.
+        plan: what is to be flown.
+        thrust_meaning: of the autopilot's parameters.
+        settled: as of `judge`.
+    """
+    changes: dict[str, ParameterChange] = {}
+    findings = judge(facts, plan, settled=settled)
+    for _ in range(_ROUNDS):
+        further = changes_of(findings)
+        if not further:
+            break
+        for change in further:
+            earlier = changes.get(change.name)
+            changes[change.name] = replace(change, old=earlier.old) if earlier else change
+        parameters = {**facts.parameters, **{change.name: change.new for change in further}}
+        facts = replace(facts, parameters=parameters, thrust=thrust_meaning(parameters))
+        findings = judge(facts, plan, settled=settled)
+    return list(changes.values()), findings
 
 
 def _failsafe(facts: Facts, plan: Plan) -> list[Finding]:

@@ -274,6 +274,7 @@ def test_fix_does_not_write_over_the_list_of_an_earlier_flight(tmp_path):
     listener = Listener()
     checked = check("px4", parameters={"COM_OF_LOSS_T": 10.0}, listener=listener, fix_into=path)
     assert finding_of(checked, "--fix").verdict == "refusal"
+    assert "wait to be restored" in finding_of(checked, "--fix").found
     assert MessageId.PARAM_SET not in listener.message_ids
 
 

@@ -12,7 +12,7 @@ from companion.preflight.estimator import judge_estimator
 from companion.preflight.facts import BatteryFacts, EstimatorFacts
 from companion.preflight.fence import judge_autopilot_fence, judge_trajectory
 from companion.preflight.finding import Verdict, accepting, changes_of, worst
-from companion.preflight.judgement import judge, parameters_to_read
+from companion.preflight.judgement import judge, mend, parameters_to_read
 from companion.preflight.thrust import judge_ardupilot_thrust, judge_px4_thrust
 from companion.preflight.vehicle import judge_vehicle
 from companion.thrust_meaning import ThrustMeaning
@@ -258,3 +258,32 @@ def test_with_motion_capture_the_estimator_must_be_set_to_use_it(facts, fitting)
     unread = {f.subject: f.verdict for f in judge(facts, plan)}
     assert all(unread[name] is Verdict.WARNING for name in fitting)
     assert worst(judge(facts, PLAN)) is Verdict.OK
+
+
+def meaning_of(parameters):
+    """As ArduPilot's, shortened."""
+    if int(parameters["GUID_OPTIONS"]) & 8:
+        return VERTICAL
+    return ThrustMeaning("climb_rate", parameters["WPNAV_SPEED_UP"] / 100.0, 1.5)
+
+
+def test_setting_one_parameter_may_show_that_another_is_to_be_set():
+    bad = as_throttle(VERTICAL, WPNAV_SPEED_UP=50.0)
+    plan = replace(PLAN, thrust_field="climb_rate")
+    changes, findings = mend(bad, plan, meaning_of)
+    assert [(c.name, c.old, c.new) for c in changes] == [
+        ("GUID_OPTIONS", 8.0, 0.0),
+        ("WPNAV_SPEED_UP", 50.0, 150.0),
+    ]
+    assert worst(findings) is Verdict.OK
+
+
+def test_setting_one_parameter_may_show_what_no_parameter_mends():
+    plan = replace(PLAN, thrust_field="thrust")
+    changes, findings = mend(with_parameters(ARDUPILOT, MOT_THST_HOVER=0.2), plan, meaning_of)
+    assert [c.name for c in changes] == ["GUID_OPTIONS"]
+    assert finding_of(findings, "MOT_THST_HOVER").verdict is Verdict.WARNING
+
+
+def test_where_nothing_is_to_be_set_it_is_what_is_found_anyway():
+    assert mend(ARDUPILOT, PLAN, meaning_of) == ([], judge(ARDUPILOT, PLAN))
