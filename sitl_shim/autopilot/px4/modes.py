@@ -103,7 +103,7 @@ AVAILABLE_MODES: tuple[ModeInfo, ...] = tuple(
     ModeInfo(
         custom_mode=mode.value,
         standard_mode=standard_mode(mode),
-        properties=0 if mode in (Mode.ALTCTL, Mode.POSCTL, Mode.AUTO_TAKEOFF) else _NOT_BY_USER,
+        properties=0 if mode in (Mode.ALTCTL, Mode.POSCTL) else _NOT_BY_USER,
         name=mode_name(mode) if standard_mode(mode) == 0 else "",
     )
     for mode in Mode
