@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import os
 import socket
+import struct
 from collections.abc import Callable
 from typing import cast
 
@@ -83,7 +84,7 @@ class TcpStream(asyncio.BufferedProtocol):
         self._cut_because = reason
         with contextlib.suppress(OSError):
             # Closed with RST, not FIN: the system forgets what it has not sent yet.
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\x01\0\0\0\0\0\0\0")
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         transport.abort()
 
     # --- called by asyncio ---
