@@ -51,6 +51,7 @@ async def wait_for_word(flight: Flight, reason: str) -> PilotCommand:
     """
     connection, voice = flight.connection, flight.voice
     wait_s = flight.mission.timeouts.handed_over_s
+    restarts = connection.restarts
     flight.authority.leave_to_others()
     voice.phase("handed over", reason)
     voice.tell(
@@ -85,6 +86,8 @@ async def wait_for_word(flight: Flight, reason: str) -> PilotCommand:
         raise FlightOverError(
             f"{reason}; {error}: the vehicle is left to the autopilot, in mode {connection.mode}"
         ) from error
+    if word is None and connection.restarts > restarts:
+        raise FlightOverError(f"{reason}; the autopilot restarted in flight")
     if word is None:
         raise FlightOverError(f"{reason}; the autopilot has landed and disarmed the vehicle")
     if word is PilotCommand.ABORT:

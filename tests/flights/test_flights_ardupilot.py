@@ -370,14 +370,18 @@ def test_streams_that_somebody_stopped_before_the_flight_are_asked_for_again(ben
     assert len(flown.told("SYS_STATUS has stopped; asking for the streams again")) == 1
 
 
-def test_an_autopilot_that_restarts_in_flight_ends_it(bench):
+@pytest.mark.parametrize("silent_s", [0.2, 2.0])
+def test_an_autopilot_that_restarts_in_flight_ends_it(bench, silent_s):
+    """Whether it was handed over first, or had no time for that: it is said what happened."""
     restart = Restart(bench.wire, before_s=100.0)
-    restart.SILENT_S = 2.0
+    restart.SILENT_S = silent_s
     bench.wire.from_shim = restart.tamper
     bench.after("track", 1.0, restart.begin)
-    flown = bench.fly(settings=WAIT)
+    flown = bench.fly(settings=WAIT | {"supervisor.hand_over_after_s": "1.0"})
     assert flown.outcome.outcome == "aborted"
     assert not flown.outcome.completed
+    assert "he autopilot restarted in flight" in flown.outcome.note
+    assert flown.wire.setpoints_after(restart.begun_s + silent_s + 1.0) == []
 
 
 def test_a_boot_time_that_wraps_in_flight_goes_on(bench):
