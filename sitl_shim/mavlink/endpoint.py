@@ -220,8 +220,11 @@ class Shim:
                 link.send(acknowledgement(message, UNSUPPORTED))
                 continue
             for ack in acknowledgements:
-                due_us = sim.time_us + ack.delay_us
-                link.send_later(acknowledgement(message, ack.result), due_us)
+                reply = acknowledgement(message, ack.result)
+                if ack.delay_us == 0:  # it leaves before what the command brings about
+                    link.send(reply)
+                else:
+                    link.send_later(reply, sim.time_us + ack.delay_us)
         self._commands = []
 
     def _request_group(self, link: Link, message: Message) -> None:

@@ -4,15 +4,19 @@ from collections import deque
 
 import numpy as np
 
+from sitl_shim.mavlink.messages_status import heartbeat
 from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
 from sitl_shim.mavlink.personality import Personality
 from sitl_shim.mavlink.signing import Signing
-from sitl_shim.mavlink.streams import TRUTH_BUILDERS, TRUTH_RATES_HZ, LinkKind, StreamSet
+from sitl_shim.mavlink.streams import TRUTH_BUILDERS, TRUTH_RATES_HZ, LinkKind, StreamSet, timesync
 from sitl_shim.mavlink.wire import Message, Packer, Parser
 from sitl_shim.simulation import Simulation
 
 AUTOPILOT_COMPONENT_ID = 1
 _GROUND_STATION_TIMEOUT_US = 5_000_000
+_BOOTING = 1
+"""MAV_STATE_BOOT."""
+_NEVER_QUIET = (heartbeat, timesync)
 _DRAWS = 1024
 """Random numbers drawn at a time."""
 
@@ -35,6 +39,7 @@ class Link:
         "_ground_station_us",
         "_held_since_us",
         "_late",
+        "_quiet",
         "_random",
         "_truth",
         "kind",
@@ -85,6 +90,7 @@ class Link:
         self._random = random
         self._draws: list[float] = []
         self._held_since_us: int | None = None
+        self._quiet = personality.quiet_while_booting
 
     def sign(self, signing: Signing, link_id: int) -> None:
         """Sign what leaves, or no more, as the vehicle has a key or none."""
@@ -144,7 +150,11 @@ class Link:
         now_us = sim.time_us
         if self._late:
             self._send_due(now_us)
-        for builder in self.streams.due(now_us):
+        due = self.streams.due(now_us)
+        if self._quiet:
+            self._quiet = sim.autopilot.heartbeat.system_status == _BOOTING
+            due = [builder for builder in due if not self._quiet or builder in _NEVER_QUIET]
+        for builder in due:
             message = builder(sim)
             if message is not None:
                 self.outgoing.append(self._autopilot.pack(message))

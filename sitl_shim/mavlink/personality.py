@@ -40,6 +40,8 @@ class Personality:
     """Shorter intervals are denied."""
     message_before_acknowledgement: bool
     """Order of the answers to REQUEST_MESSAGE."""
+    quiet_while_booting: bool
+    """Whether nothing but HEARTBEAT and TIMESYNC is streamed while the state is MAV_STATE_BOOT."""
     texts_to_every_link: bool
     """Else only to links on which a ground station is heard."""
     held_share: float
@@ -82,6 +84,7 @@ _PX4 = Personality(
     interval_step_us=1,
     shortest_interval_us=0,
     message_before_acknowledgement=True,
+    quiet_while_booting=False,
     texts_to_every_link=False,
     held_share=0.0,
     longest_held_us=0,
@@ -111,6 +114,7 @@ _ARDUPILOT = Personality(
     interval_step_us=1_000,
     shortest_interval_us=3_000,
     message_before_acknowledgement=False,
+    quiet_while_booting=True,
     texts_to_every_link=True,
     held_share=0.26,  # lateness of 2.7 ms standard deviation, in steps of 4 ms
     longest_held_us=16_000,

@@ -25,9 +25,8 @@ from sitl_shim.autopilot.parameters import ParameterStore
 ACCEPTED, DENIED, FAILED = 0, 2, 4
 CMD_RETURN, CMD_LAND, CMD_TAKEOFF, CMD_SET_MODE, CMD_ARM = 20, 21, 22, 176, 400
 _FORCE = (2989.0, 21196.0)
-ACK_DELAY_US = 4_000
 _CHECK_PERIOD_US = 1_000_000
-_CHECK_PHASE_US = 600_000
+_CHECK_PHASE_US = 448_000
 """The checks before arming run once a second; the bit in SYS_STATUS is as old as that."""
 _COMPLAINS_EVERY_US = 30_000_000
 _CRITICAL, _WARNING, _INFO = 2, 4, 6
@@ -301,4 +300,4 @@ class Commander:
 
 def acknowledge(result: int) -> tuple[Acknowledgement, ...]:
     """The one acknowledgement of a command."""
-    return (Acknowledgement(result, ACK_DELAY_US),)
+    return (Acknowledgement(result, 0),)
