@@ -7,11 +7,12 @@ import pytest
 
 from companion.config.link_models import ForwardConfig
 from companion.config.yaml_source import ConfigError
-from companion.flight import mission_backend
+from companion.flight import mavsdk_mission, mission_backend
 from companion.flight.connection import Connection
 from companion.flight.endpoints import Endpoint
 from companion.flight.errors import FlightAbortedError, LandingAskedError
-from companion.flight.mission_backend import MavsdkMission, OwnMission, make_backend
+from companion.flight.mavsdk_mission import MavsdkMission
+from companion.flight.mission_backend import OwnMission, make_backend
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, encode
 from companion.mavlink.dialects.px4 import Px4
@@ -146,7 +147,7 @@ async def test_landing_is_believed_when_the_vehicle_says_so(stage):
 
 
 async def test_landing_that_the_vehicle_does_not_show_is_no_landing(stage, monkeypatch):
-    monkeypatch.setattr(mission_backend, "_MODE_FOLLOWS_S", 0.01)
+    monkeypatch.setattr(mavsdk_mission, "_MODE_FOLLOWS_S", 0.01)
 
     answer = await stage.backend.land()
 
