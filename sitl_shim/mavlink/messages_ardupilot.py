@@ -14,6 +14,7 @@ from sitl_shim.frames import (
     swap_flu_frd,
 )
 from sitl_shim.mavlink import messages_motion as motion
+from sitl_shim.mavlink import messages_status as status
 from sitl_shim.mavlink.geodesy import global_position
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
@@ -29,6 +30,11 @@ _GRAVITY_M_S2 = 9.80665
 _NAN = math.nan
 _EKF_VARIANCES = (0.0016, 0.00015, 0.00008, 0.0297)
 """Of velocity, horizontal and vertical position, compass: typical, at rest."""
+
+
+def mission_current(sim: Simulation) -> Message:
+    """MISSION_CURRENT (42): home, the first item, does not count."""
+    return status.mission_current(sim, uncounted=1, total_of_none=0)
 
 
 def autopilot_version(_: Simulation) -> Message:

@@ -5,6 +5,7 @@ Field meanings: https://mavlink.io/en/messages/common.html.
 
 import math
 
+from sitl_shim.autopilot.mission_plan import MissionState
 from sitl_shim.frames import attitude_to_wire, swap_enu_ned
 from sitl_shim.mavlink.geodesy import global_position
 from sitl_shim.mavlink.protocol_version import ProtocolVersion
@@ -17,6 +18,8 @@ _FLIGHT_SW_VERSION = 17891392
 _UID = 5283920058631409231
 _EPOCH_UNIX_US = 1_767_225_600_000_000
 """Wall time of every boot, the beginning of 2026: a simulation has no business with today."""
+_UNKNOWN_TOTAL = 65535
+_IN_MISSION_MODE, _MISSION_SUSPENDED = 1, 2
 _ESTIMATOR_ALL_GOOD = 1023
 
 
@@ -103,6 +106,27 @@ def available_modes(sim: Simulation, index: int) -> Message | None:
     return dialect.MAVLink_available_modes_message(
         len(rows), index, row.standard_mode, row.custom_mode, row.properties, row.name.encode()
     )
+
+
+def available_modes_monitor(_: Simulation) -> Message:
+    """AVAILABLE_MODES_MONITOR (437): the modes that there are never change."""
+    return dialect.MAVLink_available_modes_monitor_message(0)
+
+
+def mission_current(
+    sim: Simulation, *, uncounted: int = 0, total_of_none: int = _UNKNOWN_TOTAL
+) -> Message:
+    """MISSION_CURRENT (42).
+
+    Args:
+        sim: of the vehicle.
+        uncounted: items of the mission that the total leaves out.
+        total_of_none: the total where there is no mission.
+    """
+    plan = sim.autopilot.mission
+    total = len(plan) - uncounted if plan.items else total_of_none
+    mode = _IN_MISSION_MODE if plan.state is MissionState.ACTIVE else _MISSION_SUSPENDED
+    return dialect.MAVLink_mission_current_message(plan.current, total, plan.state.value, mode)
 
 
 def home_position(sim: Simulation) -> Message | None:

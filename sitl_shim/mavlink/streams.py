@@ -72,6 +72,7 @@ BUILDERS: dict[int, Builder] = {
 REQUESTABLE: dict[int, Builder] = BUILDERS | {
     dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: status.autopilot_version,
     300: status.protocol_version,
+    dialect.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: status.available_modes_monitor,
     dialect.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: status.gps_global_origin,
 }
 """Messages that REQUEST_MESSAGE brings; AVAILABLE_MODES, which takes an index, besides."""

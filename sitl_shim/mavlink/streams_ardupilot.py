@@ -35,6 +35,7 @@ BUILDERS: dict[int, Builder] = {
     dialect.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: ardupilot.gps_global_origin,
     dialect.MAVLINK_MSG_ID_VIBRATION: status.vibration,
     dialect.MAVLINK_MSG_ID_CURRENT_MODE: status.current_mode,
+    dialect.MAVLINK_MSG_ID_MISSION_CURRENT: ardupilot.mission_current,
     dialect.MAVLINK_MSG_ID_SIMSTATE: ardupilot.simstate,
     dialect.MAVLINK_MSG_ID_SIM_STATE: ardupilot.sim_state,
 }
@@ -42,6 +43,7 @@ BUILDERS: dict[int, Builder] = {
 
 REQUESTABLE: dict[int, Builder] = BUILDERS | {
     dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: ardupilot.autopilot_version,
+    dialect.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: status.available_modes_monitor,
 }
 """Messages that REQUEST_MESSAGE brings; AVAILABLE_MODES, which takes an index, besides."""
 
@@ -57,7 +59,11 @@ ANNOUNCEMENTS: dict[Announcement, Builder] = {
 
 LEGACY_GROUPS: Mapping[int, tuple[int, ...]] = {
     1: (dialect.MAVLINK_MSG_ID_RAW_IMU,),
-    2: (dialect.MAVLINK_MSG_ID_SYS_STATUS, dialect.MAVLINK_MSG_ID_GPS_RAW_INT),
+    2: (
+        dialect.MAVLINK_MSG_ID_SYS_STATUS,
+        dialect.MAVLINK_MSG_ID_GPS_RAW_INT,
+        dialect.MAVLINK_MSG_ID_MISSION_CURRENT,
+    ),
     3: (dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW,),
     6: (
         dialect.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,

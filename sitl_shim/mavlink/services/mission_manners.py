@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from sitl_shim.mavlink import messages_ardupilot, messages_status
 from sitl_shim.mavlink.services.mission_items import CANCELLED, INVALID_SEQUENCE, NO_SPACE
+from sitl_shim.mavlink.streams import Builder
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +36,8 @@ class MissionManners:
     """MISSION_CURRENT comes every second, on every link, unasked."""
     reached_repetitions: int
     """MISSION_ITEM_REACHED is sent again so often, once a second."""
-    unknown_total: int
-    """MISSION_CURRENT's total where there is no mission."""
+    mission_current: Builder
+    """MISSION_CURRENT."""
     severity: int
     """MAV_SEVERITY of its texts."""
     text_end: str
@@ -56,7 +58,7 @@ _MANNERS: Mapping[str, MissionManners] = {
         tells_current_at_once=False,
         streams_current=True,
         reached_repetitions=10,
-        unknown_total=65535,
+        mission_current=messages_status.mission_current,
         severity=2,
         text_end="\t",
     ),
@@ -74,7 +76,7 @@ _MANNERS: Mapping[str, MissionManners] = {
         tells_current_at_once=True,
         streams_current=False,
         reached_repetitions=0,
-        unknown_total=0,
+        mission_current=messages_ardupilot.mission_current,
         severity=4,
         text_end="",
     ),

@@ -1,8 +1,6 @@
 """MISSION_CURRENT and MISSION_ITEM_REACHED: how the mission gets on."""
 
-from sitl_shim.autopilot.mission_plan import MissionState
 from sitl_shim.mavlink.services.context import Context
-from sitl_shim.mavlink.services.mission_items import MISSION
 from sitl_shim.mavlink.services.mission_manners import MissionManners
 from sitl_shim.mavlink.services.mission_store import MissionStore
 from sitl_shim.mavlink.wire import Message, dialect
@@ -10,17 +8,6 @@ from sitl_shim.mavlink.wire import Message, dialect
 _PERIOD_US = 1_000_000
 _PHASE_US = 488_000
 """Into the second at which PX4 was recorded to tell the current item."""
-_IN_MISSION_MODE, _SUSPENDED = 1, 2
-
-
-def mission_current(store: MissionStore, unknown_total: int) -> Message:
-    """MISSION_CURRENT (42)."""
-    plan = store.plan
-    total = len(store.items(MISSION)) if plan.items else unknown_total
-    flying = plan.state is MissionState.ACTIVE
-    return dialect.MAVLink_mission_current_message(
-        plan.current, total, plan.state.value, _IN_MISSION_MODE if flying else _SUSPENDED
-    )
 
 
 class MissionProgress:
@@ -58,7 +45,7 @@ class MissionProgress:
     def tell_current(self) -> None:
         """Send MISSION_CURRENT now."""
         self._told_current = self._store.plan.current
-        self._send(mission_current(self._store, self._manners.unknown_total))
+        self._send(self._manners.mission_current(self._context.sim))
 
     def _tell_reached(self) -> None:
         self._send(dialect.MAVLink_mission_item_reached_message(self._reached))

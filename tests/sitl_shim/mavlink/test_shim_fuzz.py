@@ -2,15 +2,17 @@
 
 import math
 import struct
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import astuple
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sitl_shim.mavlink.endpoint import Shim
 from sitl_shim.mavlink.streams import LinkKind
-from sitl_shim.mavlink.wire import Parser, dialect
+from sitl_shim.mavlink.wire import Packer, Parser, dialect
 from sitl_shim.simulation import ShimOptions
 
 _READ = (
@@ -24,17 +26,39 @@ _READ = (
     "PARAM_REQUEST_LIST",
     "PARAM_REQUEST_READ",
     "PARAM_SET",
+    "REQUEST_DATA_STREAM",
+    "SET_POSITION_TARGET_LOCAL_NED",
+    "SET_POSITION_TARGET_GLOBAL_INT",
+    "MISSION_COUNT",
+    "MISSION_ITEM",
+    "MISSION_ITEM_INT",
+    "MISSION_REQUEST",
+    "MISSION_REQUEST_INT",
+    "MISSION_REQUEST_LIST",
+    "MISSION_ACK",
+    "MISSION_SET_CURRENT",
+    "MISSION_CLEAR_ALL",
+    "LOG_REQUEST_LIST",
+    "LOG_REQUEST_DATA",
+    "LOG_REQUEST_END",
+    "LOG_ERASE",
 )
-_NOT_READ = ("PARAM_VALUE", "REQUEST_DATA_STREAM", "SET_POSITION_TARGET_LOCAL_NED")
+_NOT_READ = ("PARAM_VALUE", "MISSION_CURRENT", "LOG_DATA")
 _IDS = [getattr(dialect, f"MAVLINK_MSG_ID_{name}") for name in _READ + _NOT_READ]
 _COMMAND_IDS = _IDS[2:4]
-_COMMANDS = (16, 20, 21, 22, 84, 176, 192, 246, 400, 410, 510, 511, 512, 519, 520, 521)
+_MISSION_IDS = _IDS[_READ.index("MISSION_COUNT") : _READ.index("MISSION_ACK")]
+_COMMANDS = (
+    *(16, 20, 21, 22, 84, 176, 178, 192, 224, 246, 300, 400, 410),
+    *(510, 511, 512, 519, 520, 521),
+)
 _INTERVAL_COMMANDS = (510, 511)
 _STREAMS = (30, 115, 331)
 _NUMBERS = (0, 1, -1, 4, 6, 30, 32, 115, 331, 435, 21196, 3e9, -3e9, 1e30, 3e38)
 _FLOATS = (*map(float, _NUMBERS), math.nan, math.inf, -math.inf)
 _BYTES = (0, 1, 127, 128, 255)
-_PACKETS = 1500
+_PACKETS = 2500
+_MISSION_COMMANDS = (16, 17, 19, 20, 21, 22, 93, 177, 178, 5001, 5100)
+_FILES = (b"/", b"@PARAM/param.pck?withdefaults=1", b"/log/2026-01-01/00_00_02.ulg", b"/log/..")
 _LINKS = (LinkKind.ONBOARD, LinkKind.GROUND_STATION)
 
 
@@ -44,7 +68,9 @@ def _frame(rng: np.random.Generator, message_id: int, *, about_intervals: bool =
     payload = _payload(rng, kind)
     if about_intervals:
         payload = _about_intervals(rng, kind, payload)
-    head = struct.pack("<BBBBBB", len(payload), 0, 0, 0, *rng.integers(1, 256, 2).tolist())
+    # Often the same sender, so that what it begins can go on.
+    sender = (1, 190) if rng.random() < 0.8 else rng.integers(1, 256, 2).tolist()
+    head = struct.pack("<BBBBBB", len(payload), 0, 0, 0, *sender)
     body = head + message_id.to_bytes(3, "little") + payload
     crc = dialect.x25crc(body)
     crc.accumulate(bytes([kind.crc_extra]))
@@ -71,10 +97,46 @@ def _payload(rng: np.random.Generator, kind: type) -> bytes:
             if name in offsets:
                 offset, code = offsets[name]
                 struct.pack_into(f"<{code}", payload, offset, int(rng.choice(values)))
+    for name, values in _LIKELY.get(kind.msgname, ()):  # type: ignore[attr-defined]
+        if rng.random() < 0.9:
+            offset, code = offsets[name]
+            struct.pack_into(f"<{code}", payload, offset, int(rng.choice(values)))
+    if kind.msgname == "FILE_TRANSFER_PROTOCOL":  # type: ignore[attr-defined]
+        _about_files(rng, payload)
     if "param_id" in offsets and rng.random() < 0.7:
         name = rng.choice(("MC_ROLL_P", "COM_OBL_RC_ACT", "COM_OF_LOSS_T", "MPC_THR_HOVER"))
         struct.pack_into("<16s", payload, offsets["param_id"][0], str(name).encode())
     return bytes(payload)
+
+
+_TYPES = ("mission_type", (0, 0, 0, 1, 2))
+_ITEM = (("seq", (0, 1, 2)), ("frame", (3, 3, 6, 0, 2)), ("command", _MISSION_COMMANDS), _TYPES)
+_LIKELY: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
+    "MISSION_COUNT": (("count", (0, 1, 1, 2)), _TYPES),
+    "MISSION_REQUEST_LIST": (_TYPES,),
+    "MISSION_REQUEST": (("seq", (0, 1, 2)), _TYPES),
+    "MISSION_REQUEST_INT": (("seq", (0, 1, 2)), _TYPES),
+    "MISSION_ACK": (("type", (0, 3, 15)), _TYPES),
+    "MISSION_SET_CURRENT": (("seq", (0, 1, 2)),),
+    "MISSION_ITEM": (*_ITEM, ("x", (0, 47)), ("y", (0, 8))),
+    "MISSION_ITEM_INT": (*_ITEM, ("x", (0, 473977418)), ("y", (0, 85455938))),
+    "LOG_REQUEST_LIST": (("start", (0, 1)), ("end", (0, 65535))),
+    "LOG_REQUEST_DATA": (("id", (0, 1)), ("ofs", (0, 90, 100_000))),
+    "SET_POSITION_TARGET_LOCAL_NED": (("coordinate_frame", (1, 7, 8, 9)),),
+    "SET_POSITION_TARGET_GLOBAL_INT": (("coordinate_frame", (0, 3, 5, 6)),),
+}
+"""Values with which a message is taken seriously."""
+
+
+def _about_files(rng: np.random.Generator, payload: bytearray) -> None:
+    """Make a request of it that leads somewhere: header after network, system, component."""
+    opcode = int(rng.choice((0, 1, 2, 3, 4, 4, 5, 14, 15, 15, 7)))
+    path = rng.choice(np.array(_FILES, dtype=object)) if opcode in (3, 4, 14) else b""
+    size = len(path) if path else int(rng.choice((0, 1, 239, 255)))
+    offset = int(rng.choice((0, 1, 300, 2**32 - 1)))
+    session = int(rng.choice((0, 1, 3, 200)))
+    head = struct.pack("<HBBBBBxI", int(rng.integers(65536)), session, opcode, size, 0, 0, offset)
+    payload[3 : 3 + len(head) + len(path)] = head + path
 
 
 def _about_intervals(rng: np.random.Generator, kind: type, payload: bytes) -> bytes:
@@ -113,23 +175,31 @@ def _numbers(value: object) -> Iterator[float]:
         yield value
 
 
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
 @pytest.mark.parametrize("airborne_at_enu_m", [None, (0.0, 0.0, 200.0)])
 def test_random_packets_neither_end_it_nor_make_its_state_infinite(
-    airborne_at_enu_m: tuple[float, float, float] | None,
+    autopilot: str, airborne_at_enu_m: tuple[float, float, float] | None
 ) -> None:
     rng = np.random.default_rng(7)
-    shim = Shim(ShimOptions(airborne_at_enu_m=airborne_at_enu_m), _LINKS)
-    for _ in range(120):
+    options = ShimOptions(autopilot=autopilot, airborne_at_enu_m=airborne_at_enu_m, boot_scale=0.02)
+    shim = Shim(options, _LINKS)
+    for _ in range(525):
         shim.step()
     parsers = [Parser() for _ in _LINKS]
     answered: set[str] = set()
+    partner = Packer(1, 190)
     for _ in range(_PACKETS):
         about_intervals = bool(rng.random() < 0.2)
-        message_id = int(rng.choice(_COMMAND_IDS if about_intervals else _IDS))
+        ids = _MISSION_IDS if rng.random() < 0.4 else _IDS
+        message_id = int(rng.choice(_COMMAND_IDS if about_intervals else ids))
         frame = _frame(rng, message_id, about_intervals=about_intervals)
         shim.receive(int(rng.integers(len(_LINKS))), frame, shim.time_s)
         for _, link, data in shim.step():
-            answered |= {message.get_type() for message in parsers[link].parse(data)}
+            for message in parsers[link].parse(data):
+                answered.add(message.get_type())
+                going_on = _what_it_waits_for(message, as_int=bool(rng.random() < 0.5))
+                if going_on is not None and rng.random() < 0.95:
+                    shim.receive(link, partner.pack(going_on), shim.time_s)
         simulation = shim.simulation
         state = astuple(simulation.state), astuple(simulation.estimate)
         assert all(map(math.isfinite, _numbers(state)))
@@ -137,8 +207,61 @@ def test_random_packets_neither_end_it_nor_make_its_state_infinite(
         "COMMAND_ACK",
         "MESSAGE_INTERVAL",
         "PARAM_VALUE",
-        "PARAM_ERROR",
         "FILE_TRANSFER_PROTOCOL",
         "TIMESYNC",
         "PING",
+        "MISSION_ACK",
+        "MISSION_COUNT",
+        "MISSION_REQUEST_INT",
+        "MISSION_ITEM",
+        "MISSION_ITEM_INT",
+        "LOG_ENTRY",
+        "LOG_DATA",
     }
+    assert ("PARAM_ERROR" in answered) is (autopilot == "px4")
+    assert shim.simulation.autopilot.mission.revision > 0, "missions came through whole"
+    _assert_small(shim)
+
+
+def _what_it_waits_for(message: Any, *, as_int: bool) -> Any:
+    """What lets a transfer of a mission go on; None if it waits for nothing."""
+    kind = message.get_type()
+    if kind in ("MISSION_REQUEST", "MISSION_REQUEST_INT"):
+        command = {0: 16, 1: 5001, 2: 5100}[message.mission_type]
+        return dialect.MAVLink_mission_item_int_message(
+            1, 1, message.seq, 3, command, 0, 1, 0, 0, 0, 0, 473977418, 85455938, 5.0,
+            message.mission_type,
+        )  # fmt: skip
+    if kind == "MISSION_COUNT":
+        request = dialect.MAVLink_mission_request_message
+        if as_int:
+            request = dialect.MAVLink_mission_request_int_message
+        return request(1, 1, 0, message.mission_type)
+    return None
+
+
+def _assert_small(shim: Shim) -> None:
+    """Nothing has piled up: all that is kept is small, whoever has asked for however much."""
+    seen: set[int] = set()
+    waiting: list[object] = [shim._services]
+    while waiting:
+        thing = waiting.pop()
+        if id(thing) in seen or isinstance(thing, str | int | float | type):
+            continue
+        seen.add(id(thing))
+        if isinstance(thing, bytes | bytearray):
+            assert len(thing) < 4_100_000
+        elif isinstance(thing, dict):
+            assert len(thing) < 2000
+            waiting += thing.values()
+        elif isinstance(thing, list | tuple | deque):
+            assert len(thing) <= 2000
+            waiting += thing
+        elif type(thing).__module__.startswith("sitl_shim.mavlink"):
+            waiting += [getattr(thing, name) for name in _attributes(thing)]
+
+
+def _attributes(thing: object) -> list[str]:
+    slots = [name for kind in type(thing).__mro__ for name in getattr(kind, "__slots__", ())]
+    names = [*slots, *getattr(thing, "__dict__", {})]
+    return [name for name in names if hasattr(thing, name)]

@@ -157,3 +157,61 @@ def test_what_the_airframe_sets_is_told_unasked_while_booting() -> None:
 def test_the_streams_time_out_stretches_with_the_speed(speed: float, time_out_s: float) -> None:
     client = ShimClient(ShimOptions(speed=speed))
     assert client.simulation.autopilot.parameters["COM_OF_LOSS_T"] == time_out_s
+
+
+def test_a_change_is_told_on_its_own_link_again_and_only_if_it_is_one(client: ShimClient) -> None:
+    _set(client, "MPC_XY_P", 1.0, _REAL32)
+    assert [m.param_value for m in client.messages("PARAM_VALUE")] == [1.0, 1.0]
+    client.forget()
+    _set(client, "MPC_XY_P", 1.0, _REAL32)
+    assert len(client.messages("PARAM_VALUE")) == 1
+
+
+def test_the_list_is_as_long_as_px4s_and_as_quick(client: ShimClient) -> None:
+    client.send(dialect.MAVLink_param_request_list_message(1, 1))
+    client.run(1.2)
+    received = client.received("PARAM_VALUE")
+    assert len(received) >= 888
+    assert 0.8 < received[-1][0] - received[0][0] < 1.0
+    values = {m.param_id: m for _, m in received}
+    assert values["SYS_AUTOSTART"].param_type == _INT32
+    assert values["BAT1_V_CHARGED"].param_value == pytest.approx(4.05)
+
+
+def test_what_clients_look_for_is_kept_though_it_does_nothing(client: ShimClient) -> None:
+    _set(client, "COM_RC_IN_MODE", encode_value(4.0, _INT32), _INT32)
+    _read(client, "COM_RC_IN_MODE")
+    assert decode_value(client.last("PARAM_VALUE").param_value, _INT32) == 4.0
+
+
+# --- ArduPilot ---
+
+
+@pytest.fixture
+def copter() -> ShimClient:
+    client = ShimClient(ShimOptions(autopilot="ardupilot", boot_scale=0.05))
+    client.run_until(3.0)
+    client.forget()
+    return client
+
+
+def test_ardupilot_puts_the_value_of_an_integer_into_the_float_field(copter: ShimClient) -> None:
+    _set(copter, "GUID_OPTIONS", 8.0, _REAL32)
+    told = copter.messages("PARAM_VALUE")
+    assert {(m.param_value, m.param_type, m.param_index) for m in told} == {(8.0, _INT32, 65535)}
+    assert copter.simulation.autopilot.parameters["GUID_OPTIONS"] == 8.0
+
+
+def test_ardupilot_says_nothing_of_what_it_does_not_know(copter: ShimClient) -> None:
+    _read(copter, "NO_SUCH")
+    _set(copter, "NO_SUCH", 1.0, _REAL32)
+    _read(copter, "_HASH_CHECK")
+    assert copter.messages("PARAM_ERROR") == copter.messages("PARAM_VALUE") == []
+
+
+def test_ardupilots_list_has_no_hash_and_tells_places(copter: ShimClient) -> None:
+    copter.send(dialect.MAVLink_param_request_list_message(1, 1))
+    copter.run(1.0)
+    values = copter.messages("PARAM_VALUE")
+    assert [m.param_index for m in values] == list(range(values[0].param_count))
+    assert "_HASH_CHECK" not in {m.param_id for m in values}

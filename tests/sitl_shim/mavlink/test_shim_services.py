@@ -37,6 +37,7 @@ def client() -> ShimClient:
         (1, "SYS_STATUS"),
         (147, "BATTERY_STATUS"),
         (230, "ESTIMATOR_STATUS"),
+        (437, "AVAILABLE_MODES_MONITOR"),
     ],
 )
 def test_a_requested_message_comes_before_its_acknowledgement(
@@ -126,7 +127,11 @@ def test_component_0_is_answered(client: ShimClient) -> None:
 
 @settings(deadline=None, derandomize=True, max_examples=60)
 @given(
-    command=st.sampled_from([20, 21, 22, 176, 400, 510, 511, 512, 519, 520]),
+    autopilot=st.sampled_from(["px4", "ardupilot"]),
+    command=st.one_of(
+        st.sampled_from([20, 21, 22, 176, 178, 192, 224, 300, 400, 510, 511, 512, 519, 520]),
+        st.integers(0, 65535),
+    ),
     parameters=st.lists(
         st.one_of(
             st.floats(width=32, allow_nan=True, allow_infinity=True), st.sampled_from([1.0, 6.0])
@@ -136,9 +141,9 @@ def test_component_0_is_answered(client: ShimClient) -> None:
     ),
 )
 def test_every_command_is_acknowledged_whatever_its_parameters(
-    command: int, parameters: list[float]
+    autopilot: str, command: int, parameters: list[float]
 ) -> None:
-    client = ShimClient(ShimOptions(airborne_at_enu_m=(0.0, 0.0, 30.0)))
+    client = ShimClient(ShimOptions(autopilot=autopilot, airborne_at_enu_m=(0.0, 0.0, 30.0)))
     client.run(0.5)
     client.command(command, *parameters)
     client.run(0.3)
