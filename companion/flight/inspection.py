@@ -71,6 +71,7 @@ async def gather(
             thrust=dialect.thrust_meaning(parameters),
             battery=_battery(ears.newest(MessageId.SYS_STATUS)),
             estimator=_estimator(connection, ears, asked=all_of_it),
+            stream_remedy=dialect.stream_remedy,
         )
     finally:
         ears.close()

@@ -6,11 +6,9 @@ from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightRefusedError
 from companion.mavlink.dialects.base import Stream
 from companion.mavlink.state_source import STATE_MESSAGES
+from companion.preflight.streams import NEEDS, SLOW_SHARE
 
 _MEASURED_S = {FlightScope.WHOLE: 1.0, FlightScope.AIRBORNE: 0.5}
-_LEAST_STATE_HZ = {"attitude": 30.0, "rates": 50.0}
-"""By the setpoint's type: nothing but us holds the attitude between two body rates."""
-_SLOW_SHARE = 0.7
 _COUNTED_HZ = 10.0
 """Of slower streams too few come in the time: one more might have."""
 
@@ -33,7 +31,7 @@ class Measured:
     @property
     def slow(self) -> bool:
         """True if a person should know."""
-        return self.rate_hz < _SLOW_SHARE * self.asked_hz
+        return self.rate_hz < SLOW_SHARE * self.asked_hz
 
     @property
     def text(self) -> str:
@@ -61,7 +59,7 @@ async def measure_streams(flight: Flight) -> None:
     refused = [stream for stream in found if stream.too_slow]
     if refused:
         kind = flight.mission.setpoint
-        least = f"{_LEAST_STATE_HZ[kind]:g} Hz of the state are needed for {kind} setpoints"
+        least = f"{NEEDS[kind].least_hz:g} Hz of the state are needed for {kind} setpoints"
         raise FlightRefusedError(
             f"{'; '.join(stream.text for stream in refused)} (at least {least}). {remedy}."
         )
@@ -81,7 +79,7 @@ async def _measure(flight: Flight) -> list[Measured]:
         return []
     span_s = last.time_s - first.time_s
     state_hz = (connection.samples - samples) / span_s if span_s > 0.0 else 0.0
-    least_hz = _LEAST_STATE_HZ[flight.mission.setpoint]
+    least_hz = NEEDS[flight.mission.setpoint].least_hz
     found = [
         Measured(
             f"the state ({connection.state_source.names})",

@@ -139,3 +139,5 @@ class Facts:
     """What it makes of the thrust field; a text says why that cannot be flown."""
     battery: BatteryFacts
     estimator: EstimatorFacts
+    stream_remedy: str = ""
+    """What to do about a stream that is slow on this autopilot, without a full stop."""

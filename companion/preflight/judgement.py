@@ -53,7 +53,7 @@ def judge(facts: Facts, plan: Plan, *, settled: bool = True) -> list[Finding]:
     return [
         *judge_vehicle(facts.identity),
         *(judge_estimator(facts.estimator, facts.identity) if settled else ()),
-        *(judge_streams(facts.streams, plan) if settled else ()),
+        *(judge_streams(facts.streams, plan, facts.stream_remedy) if settled else ()),
         *judge_link(facts.link, facts.identity, plan),
         *_failsafe(facts, plan),
         *_thrust(facts, plan),

@@ -27,9 +27,16 @@ NEEDS = {"attitude": Need(30.0, 50.0), "rates": Need(50.0, 80.0)}
 """With body rates the companion closes the attitude loop itself, a faster one."""
 
 
-def judge_streams(streams: tuple[StreamFacts, ...], plan: Plan) -> list[Finding]:
-    """A finding for each stream of the state, and for others that do not come as asked."""
-    findings = [_state(stream, plan) for stream in streams if stream.is_state]
+def judge_streams(streams: tuple[StreamFacts, ...], plan: Plan, remedy: str = "") -> list[Finding]:
+    """A finding for each stream of the state, and for others that do not come as asked.
+
+    Args:
+        streams: as they came.
+        plan: what is to be flown.
+        remedy: what to do about slow ones on this autopilot, without a full stop.
+    """
+    remedy = remedy or "Use a faster link or fewer streams on it"
+    findings = [_state(stream, plan, remedy) for stream in streams if stream.is_state]
     if not findings:
         findings.append(
             Finding(
@@ -46,7 +53,7 @@ def judge_streams(streams: tuple[StreamFacts, ...], plan: Plan) -> list[Finding]
             stream.name,
             _described(stream),
             Verdict.WARNING if stream.required else Verdict.NOTE,
-            "Use a faster link or fewer streams on it.",
+            f"{remedy}.",
         )
         for stream in slow
     ]
@@ -56,10 +63,9 @@ def judge_streams(streams: tuple[StreamFacts, ...], plan: Plan) -> list[Finding]
     return findings
 
 
-def _state(stream: StreamFacts, plan: Plan) -> Finding:
+def _state(stream: StreamFacts, plan: Plan, remedy: str) -> Finding:
     need = NEEDS[plan.setpoint]
     found = _described(stream)
-    remedy = "Use a faster link or fewer streams on it, or let the autopilot's estimator run faster"
     if stream.count == 0:
         return Finding(
             stream.name,
