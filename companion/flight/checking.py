@@ -100,7 +100,8 @@ async def check_vehicle(
     except _CannotGoOnError as error:
         return Checked((error.finding,), None)
     except FlightAbortedError as error:
-        return Checked((Finding("link", str(error), Verdict.REFUSAL),), None)
+        remark = connection.admission.remark(vehicle_known=connection.peers.vehicle is not None)
+        return Checked((Finding("link", str(error), Verdict.REFUSAL, remark),), None)
     finally:
         keeping.cancel()
         with contextlib.suppress(asyncio.CancelledError):

@@ -49,10 +49,20 @@ class Listener:
         return [p.fields(_COMMAND) for p in longs]
 
 
-def check(flavour, *, parameters=None, settings=None, listener=None, told=None, **order):
+def check(
+    flavour,
+    *,
+    parameters=None,
+    settings=None,
+    listener=None,
+    told=None,
+    key=None,
+    shim_key=None,
+    **order,
+):
     keys = {"timeouts.connect_s": READY_S[flavour], **(settings or {})}
     config = load_flight(None, {"autopilot": flavour, "seed": 1}, keys)
-    shim = replace(embedded_shim(config), parameters=parameters or {})
+    shim = replace(embedded_shim(config), parameters=parameters or {}, signing_key=shim_key)
     listener = listener or Listener()
     messages = [] if told is None else told
     return check_in_lockstep(
@@ -61,6 +71,7 @@ def check(flavour, *, parameters=None, settings=None, listener=None, told=None, 
         shim,
         from_shim=listener.to_companion,
         to_shim=listener.to_shim,
+        signing_key=key,
     )
 
 
@@ -306,3 +317,18 @@ def test_restore_is_refused_on_another_vehicle():
     assert found.verdict == "refusal"
     assert "the file is of system 4 (px4), this is system 1 (px4)" in found.found
     assert MessageId.PARAM_SET not in listener.message_ids
+
+
+def test_a_signed_link_is_checked_with_the_key_and_not_without(tmp_path):
+    key = bytes(range(1, 33))
+    signed = check("px4", key=key, shim_key=key)
+    assert finding_of(signed, "signing").found == "on"
+    assert verdicts(signed, "warning", "refusal") == set()
+    (found,) = check("px4", shim_key=key).findings
+    assert found.verdict == "refusal"
+    assert "--signing-key-file" in found.advice
+    (found,) = check(
+        "px4", key=bytes(32 * [7]), shim_key=key, settings={"timeouts.connect_s": "3"}
+    ).findings
+    assert found.verdict == "refusal"
+    assert "signatures are not by our key" in found.advice
