@@ -125,7 +125,8 @@ class L1Config(Section):
     climb_rate: ClimbRateGains | None = Field(
         default=None,
         description="Of the vertical axis, in place of the above, where the autopilot's own loop "
-        "flies the climb rate (ArduPilot's default); it is slower than the companion's.",
+        "flies the climb rate (ArduPilot's default); it is slower than the companion's. An M(s) or "
+        "C(s) that is given as such stays.",
     )
 
     @model_validator(mode="after")
@@ -133,8 +134,6 @@ class L1Config(Section):
         for one, other in (("m", "reference_model"), ("omega", "low_pass")):
             if (getattr(self, one) is None) == (getattr(self, other) is None):
                 raise ValueError(f"give {one} or {other}, and not both")
-        if self.climb_rate is not None and (self.m is None or self.omega is None):
-            raise ValueError("climb_rate replaces values of m and omega. Give these")
         return self
 
 

@@ -133,17 +133,13 @@ def _over_the_autopilots_loop(controller: ControllerConfig) -> ControllerConfig:
     if l1 is None or l1.climb_rate is None:
         return controller
     z = l1.climb_rate
-    assert l1.m is not None
-    assert l1.omega is not None
-    slower = l1.model_copy(
-        update={
-            "m": (*l1.m[:2], z.m),
-            "omega": (*l1.omega[:2], z.omega),
-            "k": (*l1.k[:2], z.k),
-            "gamma": (*l1.gamma[:2], z.gamma),
-            "sigma_bound": (*l1.sigma_bound[:2], z.sigma_bound),
-        }
-    )
+    values = {"k": (*l1.k[:2], z.k), "gamma": (*l1.gamma[:2], z.gamma)}
+    values["sigma_bound"] = (*l1.sigma_bound[:2], z.sigma_bound)
+    if l1.m is not None:
+        values["m"] = (*l1.m[:2], z.m)
+    if l1.omega is not None:
+        values["omega"] = (*l1.omega[:2], z.omega)
+    slower = l1.model_copy(update=values)
     return controller.model_copy(update={"l1": slower})
 
 

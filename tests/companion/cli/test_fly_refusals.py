@@ -65,7 +65,7 @@ def told(*arguments, status=2):
         ),
         (
             ("--vehicle", "dc3"),
-            "unknown vehicle 'dc3'. Give a YAML file or one of: bebop2, sih_qua",
+            "unknown vehicle 'dc3'. Give a YAML file or one of: arducopter, beb",
         ),
         (("--wind", "foehn"), "unknown scenario 'foehn'. Give a YAML file or one of: calm, fan, "),
         (("--wind", "foehn.yaml"), "foehn.yaml: no such file"),

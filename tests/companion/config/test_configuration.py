@@ -270,7 +270,10 @@ def test_options_win_over_the_file_and_set_over_both(tmp_path):
 @pytest.mark.parametrize(
     ("key", "says"),
     [
-        ("vehicle", "unknown vehicle 'nope'. Give a YAML file or one of: bebop2, sih_quadx, x500."),
+        (
+            "vehicle",
+            "unknown vehicle 'nope'. Give a YAML file or one of: arducopter, bebop2, sih_quadx, x",
+        ),
         (
             "controller",
             "unknown controller 'nope'. Give a YAML file or one of: l1, lqr-l1, mpc-l1, mpc-pid",
@@ -320,10 +323,10 @@ def test_a_vehicles_file_gets_the_controller_of_the_vehicle_that_it_names(tmp_pa
     assert mine.controller == load(overrides={"vehicle": "x500"}).controller
     path.write_text(text.replace("name: x500", "name: other"), encoding="utf-8")
     said = load_fault(overrides={"vehicle": str(path)})
-    assert said.startswith("there is no 'mpc-l1' for the vehicle 'other', only for bebop2, ")
+    assert said.startswith("there is no 'mpc-l1' for the vehicle 'other', only for arducopter, b")
 
 
-@pytest.mark.parametrize("vehicle", ["bebop2", "sih_quadx", "x500"])
+@pytest.mark.parametrize("vehicle", ["arducopter", "bebop2", "sih_quadx", "x500"])
 def test_every_shipped_vehicle_is_named_as_its_file_and_has_a_controller(vehicle):
     assert load(overrides={"vehicle": vehicle}).vehicle.name == vehicle
 

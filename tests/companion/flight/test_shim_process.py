@@ -59,5 +59,5 @@ async def test_every_option_goes_onto_the_command_line(monkeypatch):
 
 async def test_the_shims_own_words_refuse_sensors_that_it_does_not_have():
     options = ShimOptions("px4", "bebop2", CALM, 1, sensors="lidar")
-    with pytest.raises(ShimRefusedError, match="no sensor profile called 'lidar'; known are exact"):
+    with pytest.raises(ShimRefusedError, match="no sensor profile called 'lidar'; known are ekf3"):
         await start_shim(options, 14999)
