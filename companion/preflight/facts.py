@@ -118,6 +118,12 @@ class Plan:
     """How far the trajectory goes from where the vehicle takes off, horizontally."""
     height_m: float
     """How high it goes above where the vehicle stands."""
+    controller: str = ""
+    """Its name or file; empty if it is not to be told."""
+    vehicle: str = ""
+    """The same."""
+    certifiable: bool = False
+    """The controller has an L1 part, so that `companion certify` has something to say."""
     mocap: bool = False
     """Poses of motion capture are sent to the autopilot."""
     battery_refuse_below: float = 0.15

@@ -60,6 +60,7 @@ def judge(facts: Facts, plan: Plan, *, settled: bool = True) -> list[Finding]:
         *_mocap(facts, plan),
         *judge_battery(facts.battery, plan),
         *judge_trajectory(plan),
+        *_controller(plan),
         *judge_autopilot_fence(facts, plan),
     ]
 
@@ -113,3 +114,13 @@ def _mocap(facts: Facts, plan: Plan) -> list[Finding]:
     if not plan.mocap or autopilot not in ("px4", "ardupilot"):
         return []
     return judge_mocap("px4" if autopilot == "px4" else "ardupilot", facts.parameters)
+
+
+def _controller(plan: Plan) -> list[Finding]:
+    """A hint at what else can be said before flying."""
+    if not plan.controller:
+        return []
+    found = f"{plan.controller} on {plan.vehicle}"
+    if plan.certifiable:
+        found += f"; `companion certify {plan.controller} --vehicle {plan.vehicle}` tells more"
+    return [Finding("controller", found)]

@@ -287,3 +287,11 @@ def test_setting_one_parameter_may_show_what_no_parameter_mends():
 
 def test_where_nothing_is_to_be_set_it_is_what_is_found_anyway():
     assert mend(ARDUPILOT, PLAN, meaning_of) == ([], judge(ARDUPILOT, PLAN))
+
+
+@pytest.mark.parametrize(("certifiable", "hint"), [(True, True), (False, False)])
+def test_what_else_can_be_said_of_the_controller_is_hinted_at(certifiable, hint):
+    plan = replace(PLAN, controller="mpc-l1", vehicle="x500", certifiable=certifiable)
+    found = finding_of(judge(PX4, plan), "controller").found
+    assert found.startswith("mpc-l1 on x500")
+    assert ("companion certify mpc-l1 --vehicle x500" in found) == hint
