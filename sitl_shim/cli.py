@@ -19,6 +19,7 @@ from sitl_shim.server import (
     LOOPBACK,
     BoundLink,
     PortError,
+    TcpServer,
     UdpLink,
     default_links,
     serve,
@@ -88,6 +89,10 @@ def run(
         list[str] | None,
         typer.Option(metavar="KIND:PORT:REMOTE", help="A further link: onboard or gcs, ports."),
     ] = None,
+    tcp_port: Annotated[
+        int | None,
+        typer.Option(min=0, max=65535, help="A further, onboard link: listens on TCP [none]."),
+    ] = None,
     mocap_port: Annotated[
         int | None,
         typer.Option(min=1, max=65535, help="Stream the true pose as UDP/JSON to this port."),
@@ -129,10 +134,11 @@ def run(
             signing_key=signing_key(signing_key_file, os.environ),
         )
         ground, onboard = default_links(instance)
-        links = [
+        links: list[UdpLink | TcpServer] = [
             _with_ports(ground, gcs_port, gcs_remote),
             _with_ports(onboard, onboard_port, onboard_remote),
             *(_parse_link(text) for text in extra_link or ()),
+            *([] if tcp_port is None else [TcpServer(LinkKind.ONBOARD, tcp_port)]),
         ]
         asyncio.run(
             _serve_until_told(
@@ -147,7 +153,7 @@ def run(
 
 async def _serve_until_told(
     options: ShimOptions,
-    links: Sequence[UdpLink],
+    links: Sequence[UdpLink | TcpServer],
     host: str,
     *,
     exit_with_parent: bool,

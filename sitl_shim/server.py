@@ -21,6 +21,8 @@ from sitl_shim.simulation import ShimOptions
 GROUND_STATION_PORT, GROUND_STATION_REMOTE = 18570, 14550
 ONBOARD_PORT, ONBOARD_REMOTE = 14580, 14540
 LOOPBACK = "127.0.0.1"
+_MOST_UNREAD_BYTES = 1_000_000
+"""A TCP client that reads no more than this loses what comes after."""
 
 Address = tuple[str, int]
 
@@ -38,6 +40,15 @@ class UdpLink:
     """To bind; 0 takes any free one."""
     remote_port: int
     """Where to speak until a client has spoken."""
+
+
+@dataclass(frozen=True, slots=True)
+class TcpServer:
+    """One link over TCP, to which one client at a time connects, as to ArduPilot's simulation."""
+
+    kind: LinkKind
+    port: int
+    """To bind; 0 takes any free one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +95,40 @@ class _Endpoint(asyncio.DatagramProtocol):
             self._transport.sendto(data, self._remote)
 
 
+class _TcpEndpoint(asyncio.Protocol):
+    """The connections of one TCP link: the newest client takes the place of the one before."""
+
+    def __init__(self, receive: Callable[[bytes], None], clients: list[asyncio.Transport]) -> None:
+        self._receive = receive
+        self._clients = clients
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        for other in self._clients:
+            other.abort()
+        self._clients[:] = [cast("asyncio.Transport", transport)]
+
+    def data_received(self, data: bytes) -> None:
+        self._receive(data)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._clients[:] = [client for client in self._clients if not client.is_closing()]
+
+
+class _TcpSender:
+    """Sends to whoever is connected."""
+
+    def __init__(self, clients: list[asyncio.Transport]) -> None:
+        self._clients = clients
+
+    def send(self, data: bytes) -> None:
+        for client in self._clients:
+            if client.get_write_buffer_size() < _MOST_UNREAD_BYTES:
+                client.write(data)
+
+
 async def serve(
     options: ShimOptions,
-    links: Sequence[UdpLink],
+    links: Sequence[UdpLink | TcpServer],
     *,
     host: str = LOOPBACK,
     ready: Callable[[Sequence[BoundLink]], None] = lambda _: None,
@@ -112,7 +154,7 @@ async def serve(
     # over restarts; the loop's clock carries them on, since that one is never set back.
     epoch_unix_s = time.time() - loop.time()
     shim = Shim(options, [link.kind for link in links], unix_s=lambda: epoch_unix_s + loop.time())
-    endpoints: list[_Endpoint] = []
+    endpoints: list[_Endpoint | _TcpSender] = []
     async with contextlib.AsyncExitStack() as stack:
         room = None
         if mocap_port is not None:
@@ -129,6 +171,13 @@ async def serve(
         )
         bound: list[BoundLink] = []
         for index, link in enumerate(links):
+            if isinstance(link, TcpServer):
+                server, sender = await _listen(loop, host, link, driver, index)
+                stack.callback(server.close)
+                endpoints.append(sender)
+                local = server.sockets[0].getsockname()
+                bound.append(BoundLink(link.kind, (local[0], local[1]), (local[0], local[1])))
+                continue
             remote = (host, link.remote_port)
             transport, endpoint = await _open(loop, host, link, remote, driver, index)
             stack.callback(transport.close)
@@ -155,11 +204,30 @@ async def _open(
         )
     except OSError as error:
         what = f"UDP port {link.port} on {host} (the {link.kind.value} link)"
-        if error.errno == errno.EADDRINUSE:
-            reason = (
-                f"{what} is in use: another autopilot or shim is running. Stop it, or choose"
-                " other ports (--instance, or the link's port option; 0 takes a free one)"
-            )
-        else:
-            reason = f"{what} cannot be bound: {error.strerror or error}"
-        raise PortError(error.errno, reason) from error
+        raise _port_error(what, error) from error
+
+
+async def _listen(
+    loop: asyncio.AbstractEventLoop, host: str, link: TcpServer, driver: LoopDriver, index: int
+) -> tuple[asyncio.Server, _TcpSender]:
+    clients: list[asyncio.Transport] = []
+    try:
+        server = await loop.create_server(
+            lambda: _TcpEndpoint(lambda data: driver.receive(index, data), clients),
+            host,
+            link.port,
+        )
+    except OSError as error:
+        raise _port_error(f"TCP port {link.port} on {host}", error) from error
+    return server, _TcpSender(clients)
+
+
+def _port_error(what: str, error: OSError) -> PortError:
+    if error.errno == errno.EADDRINUSE:
+        reason = (
+            f"{what} is in use: another autopilot or shim is running. Stop it, or choose"
+            " other ports (--instance, or the link's port option; 0 takes a free one)"
+        )
+    else:
+        reason = f"{what} cannot be bound: {error.strerror or error}"
+    return PortError(error.errno, reason)
