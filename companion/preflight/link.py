@@ -1,5 +1,6 @@
 """The way there and back: delay, losses, clocks, signatures, and who else is on it."""
 
+import math
 import statistics
 
 from companion.preflight.facts import Identity, LinkFacts, Plan
@@ -70,6 +71,8 @@ def _delay(link: LinkFacts, plan: Plan) -> Finding:
 
 
 def _clock(link: LinkFacts) -> Finding:
+    if math.isnan(link.clock_offset_s):
+        return Finding("clock", "too few answers to TIMESYNC to tell", Verdict.NOTE)
     drift = link.clock_rate - 1.0
     found = (
         f"boot clock {link.clock_offset_s:+.3f} s from ours, running at {link.clock_rate:.5f} of it"

@@ -117,6 +117,10 @@ def test_the_boot_clocks_drift(rate, verdict):
     assert finding_of(link(clock_rate=rate), "clock").verdict == verdict
 
 
+def test_a_clock_that_is_not_known():
+    assert "nan" not in finding_of(link(clock_offset_s=math.nan), "clock").found
+
+
 @pytest.mark.parametrize(
     ("received", "lost", "verdict"),
     [(0, 0, "ok"), (10, 10, "ok"), (990, 10, "ok"), (970, 30, "warning"), (600, 400, "refusal")],
