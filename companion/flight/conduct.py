@@ -219,9 +219,11 @@ async def _helped(
     try:
         yield
         stream.stop()
-    finally:
-        # If it still runs, something ended the flight that should not have.
+    except BaseException:
+        # Whatever ended the flight, the vehicle is not left obeying a stream that is no more.
         stream.hand_over("the flight has ended")
+        raise
+    finally:
         await stream.handing_over.finished()
         for task in tasks:
             task.cancel()

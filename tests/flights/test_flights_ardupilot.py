@@ -416,6 +416,37 @@ def test_our_own_heartbeat_says_the_truth(bench):
     assert said[-1][1] == standby
 
 
+def test_a_study_in_the_air_begins_and_ends_in_guided(bench):
+    flown = bench.fly(airborne=True)
+    assert flown.outcome.outcome == "tracked", flown.outcome.note
+    assert flown.outcome.completed
+    assert flown.wire.mode_requests() == []
+    assert [name for _, name in flown.wire.modes] == ["guided"]
+
+
+def test_an_error_in_a_stage_of_the_flight_brakes(bench, monkeypatch):
+    """A mistake of the companion's own, not in the control loop but in what directs it."""
+    from companion.flight import phases
+
+    async def failing(flight, timeline):
+        await flight.connection.waiting.pause(1.0)
+        raise ZeroDivisionError("made up")
+
+    monkeypatch.setattr(phases, "track", failing)
+    flown = bench.fly()
+    assert flown.outcome.outcome == "aborted"
+    assert "The companion failed (ZeroDivisionError" in flown.outcome.note
+    assert flown.wire.modes[-1][1] == "brake"
+    assert modes_asked(flown)[-1] == BRAKE
+
+
+def test_body_rates_fly_it_too(bench):
+    flown = bench.fly(options={"setpoint": "rates"}, check=False)
+    assert flown.outcome.outcome == "landed", flown.outcome.note
+    assert flown.outcome.completed
+    assert {s.mask for s in flown.wire.setpoints} == {128}
+
+
 def hover_thrusts(flown):
     return {r.values["hover_thrust"] for r in flown.records("control")}
 
