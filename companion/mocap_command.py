@@ -1,6 +1,7 @@
 """What ``companion mocap`` does: poses of a motion-capture system to an autopilot, and no more."""
 
 import os
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from companion.link.url import parse_link_url
 from companion.mocap.sources import MocapError
 
 _STYLES = {"warning": "yellow", "error": "red"}
+_WIDE = 1000
 
 
 class BadInputError(Exception):
@@ -63,7 +65,8 @@ def run_mocap(request: MocapRequest) -> None:
         key = signing_key(path, os.environ, wanted=signing is not None)
     except (ConfigError, LinkError) as error:
         raise BadInputError(str(error)) from error
-    console = Console(stderr=True, highlight=False)
+    # What is not for a terminal is not wrapped.
+    console = Console(stderr=True, highlight=False, width=None if sys.stderr.isatty() else _WIDE)
 
     def tell(severity: str, text: str) -> None:
         console.print(Text(text, style=_STYLES.get(severity, "")))

@@ -21,6 +21,7 @@ _EPOCH_UNIX_US = 1_767_225_600_000_000
 _UNKNOWN_TOTAL = 65535
 _IN_MISSION_MODE, _MISSION_SUSPENDED = 1, 2
 _ESTIMATOR_ALL_GOOD = 1023
+_LOCAL_POSITION_FLAGS, _GLOBAL_POSITION_FLAGS = 2 | 8 | 256, 16 | 512
 
 
 def heartbeat(sim: Simulation) -> Message:
@@ -151,8 +152,18 @@ def gps_global_origin(sim: Simulation) -> Message:
 def estimator_status(sim: Simulation) -> Message:
     """ESTIMATOR_STATUS (230)."""
     return dialect.MAVLink_estimator_status_message(
-        sim.time_us, _ESTIMATOR_ALL_GOOD, 0.01, 0.04, 0.02, 0.07, 0.0, math.nan, 0.29, 0.06
+        sim.time_us, _estimator_flags(sim), 0.01, 0.04, 0.02, 0.07, 0.0, math.nan, 0.29, 0.06
     )
+
+
+def _estimator_flags(sim: Simulation) -> int:
+    """ESTIMATOR_STATUS_FLAGS, less what the estimator does not know."""
+    flags = _ESTIMATOR_ALL_GOOD
+    if not sim.estimate.local_position_valid:
+        flags &= ~_LOCAL_POSITION_FLAGS
+    if not sim.estimate.global_position_valid:
+        flags &= ~_GLOBAL_POSITION_FLAGS
+    return flags
 
 
 def vibration(sim: Simulation) -> Message:

@@ -1,9 +1,8 @@
 """A client's clock against the boot clock, as PX4 keeps it from its own TIMESYNC questions.
 
-PX4's time synchronisation (docs.px4.io/main/en/middleware/... "timesync"; its source says the
-numbers): an answer with a round trip of 10 ms or more is dropped; the offset is smoothed together
-with its rate of change; only after 500 answers, 50 s, are time stamps believed.  Until then what
-comes is taken to be of the moment at which it comes.
+By PX4's source (lib/timesync): an answer with a round trip of 10 ms or more is dropped; the offset
+is smoothed together with its rate of change; only after 500 answers, 50 s, are time stamps
+believed.  Until then what comes is taken to be of the moment at which it comes.
 """
 
 from math import exp

@@ -241,9 +241,8 @@ class PoseFusion:
     def _tune(self, sigma_m: float, interval_s: float) -> None:
         """Steady Kalman gains of a triple integrator, per second of time between poses.
 
-        With r the density of the measurement's noise, q of the acceleration's and j of its
-        drift's, the filter's poles are the stable half of s^6 r - s^2 q... and so
-        k3^2 = j / r, k2^2 = q / r + 2 k1 k3, k1^2 = 2 k2.
+        With r, q and j the densities of the noises of the measurement, of the acceleration and of
+        its drift, spectral factorisation asks for k3² = j / r, k2² = q / r + 2 k1 k3, k1² = 2 k2.
         """
         key = (sigma_m, round(interval_s, 3))
         if key == self._gains_key:

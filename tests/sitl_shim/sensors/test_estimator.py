@@ -299,5 +299,5 @@ def test_other_sensors_than_the_vehicles_own_change_nothing_else():
 
 
 def test_an_unknown_sensor_profile_is_refused_with_those_that_there_are():
-    with pytest.raises(DataFileError, match="'exat'; known are exact, gnss, mocap"):
+    with pytest.raises(DataFileError, match="'exat'; known are ekf3, exact, gnss, mocap"):
         Simulation(ShimOptions(sensors="exat"))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sitl_shim.autopilot.interface import Command
+from sitl_shim.mavlink.messages_status import estimator_status
 from sitl_shim.sensors.aiding import ExternalPose
 from sitl_shim.simulation import ShimOptions, Simulation
 
@@ -157,3 +158,14 @@ def test_parameters_count_from_when_they_are_set():
     room.run(0.5)
     assert not room.prearm
     assert room.sim.estimate.local_position_valid
+
+
+def test_what_it_does_not_know_is_missing_in_its_status():
+    horizontal_relative, horizontal_absolute = 8, 16
+    room = Room().run(6.0)
+    flags = estimator_status(room.sim).flags
+    assert flags & horizontal_relative
+    assert not flags & horizontal_absolute
+    room.watching = False
+    assert not estimator_status(room.run(6.0).sim).flags & horizontal_relative
+    assert estimator_status(Room(EKF2_GPS_CTRL=7).run(1.0).sim).flags & horizontal_absolute
