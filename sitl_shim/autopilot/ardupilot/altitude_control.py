@@ -43,8 +43,8 @@ class AltitudeControl:
         """Of the target, up."""
         self._integral = 0.0
         self._velocity_error = self._acceleration_error = 0.0
-        self.speed_up, self.speed_down, self.acceleration_max = 2.5, 1.5, 1.0
         self.configure(parameters)
+        self.set_limits(parameters)
 
     def configure(self, parameters: ParameterStore) -> None:
         """Read gains anew."""
@@ -55,7 +55,6 @@ class AltitudeControl:
         self._vel_filter = first_order_gain(TICK_RATE_HZ, p["PSC_D_VEL_FLTE"])
         self._acc_filter = first_order_gain(TICK_RATE_HZ, p["PSC_D_ACC_FLTE"])
         self._jerk = p["PSC_JERK_D"]
-        self.set_limits(p)
 
     def set_limits(self, parameters: ParameterStore) -> None:
         """Speeds and acceleration of autonomous modes and GUIDED."""

@@ -5,12 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from sitl_shim.autopilot.ardupilot import modes
 from sitl_shim.autopilot.ardupilot.boot import HOME_S, YAW_ERROR_RAD, Boot
-from sitl_shim.autopilot.ardupilot.commander import (
-    CMD_TAKEOFF,
-    FAILED,
-    Commander,
-    acknowledge,
-)
+from sitl_shim.autopilot.ardupilot.commander import Commander
 from sitl_shim.autopilot.ardupilot.flight_control import FlightControl
 from sitl_shim.autopilot.ardupilot.guided import Guided
 from sitl_shim.autopilot.ardupilot.mission_commands import MissionCommands
@@ -101,27 +96,9 @@ class ArduCopter:
 
     def receive_command(self, command: Command) -> Sequence[Acknowledgement] | None:
         """Carry out a command; None if ArduCopter does not know it here."""
-        if command.command == CMD_TAKEOFF:
-            return acknowledge(self._take_off(command))
-        home_z_m = 0.0 if self._home is None else self._home[2]
+        home_z_m = math.nan if self._home is None else self._home[2]
         answer = self._mission_commands.receive(command, home_z_m, self._height_m)
         return self._commander.receive(command) if answer is None else answer
-
-    def _take_off(self, command: Command) -> int:
-        """Only armed, on the ground, in GUIDED, upwards."""
-        height_m = command.parameters[6]
-        home = self._home
-        can = (
-            self._commander.mode is Mode.GUIDED
-            and self._commander.armed
-            and self._control.landed
-            and home is not None
-            and math.isfinite(height_m)
-        )
-        if not can or home is None or home[2] + height_m <= self._height_m:
-            return FAILED
-        self._guided.take_off(home[2] + height_m)
-        return 0
 
     def receive_attitude_target(self, target: AttitudeTarget) -> None:
         """Take a setpoint; outside of GUIDED it is ignored in silence."""
@@ -146,9 +123,7 @@ class ArduCopter:
         control, commander = self._control, self._commander
         if self.parameters.revision != self._revision:
             self._revision = self.parameters.revision
-            cascade = control.cascade
-            cascade.configure()
-            cascade.motors.hover = self.parameters["MOT_THST_HOVER"]
+            control.cascade.configure()
         commander.step(time_us, control.situation(commander.mode, armed=commander.armed))
         self._height_m = motion.position_enu_m[2]
         armed = commander.armed
@@ -181,7 +156,6 @@ class ArduCopter:
     def _keep_learned_hover(self) -> None:
         if self.parameters["MOT_HOVER_LEARN"] == 2.0:
             self.parameters.set("MOT_THST_HOVER", self._control.cascade.motors.hover)
-            self._revision = self.parameters.revision
 
     def _align_yaw_in_flight(self, time_us: int) -> None:
         if self._control.landed or self._boot.estimator.yaw_error_rad == 0.0:

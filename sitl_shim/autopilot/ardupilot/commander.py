@@ -11,6 +11,7 @@ from sitl_shim.autopilot.ardupilot.boot import (
     SWITCHES_READ_S,
     Boot,
 )
+from sitl_shim.autopilot.ardupilot.ground_station import GroundStationWatch
 from sitl_shim.autopilot.ardupilot.modes import Mode, mode_name, mode_of
 from sitl_shim.autopilot.interface import (
     Acknowledgement,
@@ -23,7 +24,7 @@ from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
 
 ACCEPTED, DENIED, FAILED = 0, 2, 4
-CMD_RETURN, CMD_LAND, CMD_TAKEOFF, CMD_SET_MODE, CMD_ARM = 20, 21, 22, 176, 400
+CMD_RETURN, CMD_LAND, CMD_SET_MODE, CMD_ARM = 20, 21, 176, 400
 _FORCE = (2989.0, 21196.0)
 _CHECK_PERIOD_US = 1_000_000
 _CHECK_PHASE_US = 448_000
@@ -31,8 +32,6 @@ _CHECK_PHASE_US = 448_000
 _COMPLAINS_EVERY_US = 30_000_000
 _CRITICAL, _WARNING, _INFO = 2, 4, 6
 _CUSTOM_MODE_ENABLED = 1
-_GCS_RETURN, _GCS_LAND, _GCS_BRAKE = (1, 2, 3, 4, 6), 5, 7
-"""Values of FS_GCS_ENABLE."""
 
 
 class Situation(NamedTuple):
@@ -70,8 +69,7 @@ class Commander:
         self._switch_read = airborne
         self._checks_pass = airborne
         self._complained_us = 0
-        self._station_us: int | None = None
-        self._station_lost = False
+        self._station = GroundStationWatch(parameters)
         self._has_flown = airborne
         self.mode = Mode.GUIDED if airborne else Mode.STABILIZE
         self.armed = airborne
@@ -100,7 +98,7 @@ class Commander:
         """MAV_STATE: 1 booting, 3 on the ground, 4 flying, 5 failsafe."""
         if not self.ready:
             return 1
-        if self._station_lost and self.armed:
+        if self._station.lost and self.armed:
             return 5
         return 3 if self._situation.landed else 4
 
@@ -161,7 +159,8 @@ class Commander:
                 self.disarm()
         if not situation.landed:
             self._has_flown = True
-        self._watch_ground_station()
+        if self._station.falls_silent(time_us):
+            self._leave_station()
 
     def align_yaw(self) -> None:
         """The estimator aligns its heading in flight."""
@@ -188,29 +187,20 @@ class Commander:
 
     def heard_ground_station(self) -> None:
         """A heartbeat of the ground station came in."""
-        self._station_us = self._time_us
-        if self._station_lost:
-            self._station_lost = False
+        if self._station.hear(self._time_us):
             self.say(_WARNING, "GCS Failsafe Cleared")
 
-    def _watch_ground_station(self) -> None:
-        since, action = self._station_us, self._parameters.integer("FS_GCS_ENABLE")
-        if since is None or action == 0 or self._station_lost:
-            return
-        if self._time_us - since <= self._parameters["FS_GCS_TIMEOUT"] * 1e6:
-            return
-        self._station_lost = True
+    def _leave_station(self) -> None:
+        """The ground station is lost: do what FS_GCS_ENABLE says."""
         self.say(_WARNING, "GCS Failsafe")
-        if not self.armed or self.mode in (Mode.STABILIZE, Mode.ALT_HOLD):
+        if not self.armed or self.mode in (Mode.STABILIZE, Mode.ALT_HOLD, Mode.LAND):
             return
         if self._situation.landed:
             self.disarm()
-        elif self.mode is Mode.LAND or (
-            action == _GCS_BRAKE and self.set_mode(Mode.BRAKE) == ACCEPTED
-        ):
             return
-        elif action not in _GCS_RETURN or self.set_mode(Mode.RTL) != ACCEPTED:
-            self.set_mode(Mode.LAND)
+        for mode in self._station.modes():
+            if self.set_mode(mode) == ACCEPTED:
+                return
 
     # --- modes ---
 

@@ -16,6 +16,7 @@ from sitl_shim.autopilot.interface import Acknowledgement, Command
 from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
 
+_TAKEOFF, _CONDITION_YAW = 22, 115
 _CHANGE_SPEED, _REPOSITION, _SET_CURRENT, _START = 178, 192, 224, 300
 _CHANGE_MODE = 1
 """Flag of DO_REPOSITION."""
@@ -55,10 +56,14 @@ class MissionCommands:
 
         Args:
             command: what came in.
-            home_z_m: height of home in the local frame.
+            home_z_m: height of home in the local frame, NaN while it is not known.
             height_m: of the vehicle in the local frame.
         """
         kind = command.command
+        if kind == _TAKEOFF:
+            return acknowledge(self._take_off(command, home_z_m, height_m))
+        if kind == _CONDITION_YAW:
+            return acknowledge(self._turn(command))
         if kind == _START:
             return acknowledge(self._start(command))
         if kind == _SET_CURRENT:
@@ -68,6 +73,34 @@ class MissionCommands:
         if kind == _CHANGE_SPEED:
             return acknowledge(self._change_speed(command))
         return None
+
+    def _take_off(self, command: Command, home_z_m: float, height_m: float) -> int:
+        """Only armed, on the ground, in GUIDED, upwards."""
+        goal_m = home_z_m + command.parameters[6]
+        ready = (
+            self._commander.mode is Mode.GUIDED
+            and self._commander.armed
+            and self._control.landed
+            and goal_m > height_m
+            and math.isfinite(goal_m)
+        )
+        if not ready:
+            return FAILED
+        self._guided.take_off(goal_m)
+        return ACCEPTED
+
+    def _turn(self, command: Command) -> int:
+        """Point the nose, in degrees clockwise from north, or on from where it points."""
+        angle_deg, _, direction, relative = command.parameters[:4]
+        if not math.isfinite(angle_deg) or self._commander.mode is not Mode.GUIDED:
+            return FAILED
+        if relative == 1.0:
+            sign = 1.0 if direction < 0.0 else -1.0
+            heading = self._control.cascade.heading + sign * math.radians(angle_deg)
+        else:
+            heading = math.pi / 2.0 - math.radians(angle_deg)
+        self._guided.yaw_rad = heading
+        return ACCEPTED
 
     def _start(self, command: Command) -> int:
         if any(command.parameters[:2]):  # a part of a mission cannot be asked for

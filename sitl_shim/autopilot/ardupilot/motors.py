@@ -36,6 +36,7 @@ class Motors:
         "_idle",
         "_spool_rate",
         "_spooled",
+        "_told_hover",
         "hover",
         "signals",
         "spool",
@@ -51,8 +52,8 @@ class Motors:
         self.spool = Spool.UNLIMITED if airborne else Spool.SHUT_DOWN
         self.wants_unlimited = airborne
         self._spooled = 1.0 if airborne else 0.0
-        self.hover = parameters["MOT_THST_HOVER"]
-        """Learned in flight."""
+        self._told_hover = self.hover = parameters["MOT_THST_HOVER"]
+        """Learned in flight, from the parameter on."""
         self.throttle = self.hover if airborne else 0.0
         """After filter and limits, 0 to 1."""
         self.signals: RotorCommands = STOPPED
@@ -62,6 +63,8 @@ class Motors:
 
     def configure(self, parameters: ParameterStore) -> None:
         """Read the parameters anew."""
+        if parameters["MOT_THST_HOVER"] != self._told_hover:
+            self._told_hover = self.hover = parameters["MOT_THST_HOVER"]
         self._expo = parameters["MOT_THST_EXPO"]
         self._headroom = parameters["MOT_YAW_HEADROOM"] * 0.001
         self._idle = parameters["MOT_SPIN_ARM"]

@@ -52,8 +52,8 @@ class PositionControl:
         self.position = self.velocity = self.acceleration = _NOTHING
         """Of the target."""
         self._integral = self._error = self._derivative = self._wanted = _NOTHING
-        self.speed_max, self.acceleration_max = 10.0, 2.5
         self.configure(parameters)
+        self.set_limits(parameters["WPNAV_SPEED"] * 0.01, parameters["WPNAV_ACCEL"] * 0.01)
 
     def configure(self, parameters: ParameterStore) -> None:
         """Read gains and limits anew."""
@@ -65,7 +65,6 @@ class PositionControl:
         self._filter_d = first_order_gain(TICK_RATE_HZ, p["PSC_NE_VEL_FLTD"])
         self._jerk = p["PSC_JERK_NE"]
         self._lean_max = _GRAVITY_M_S2 * math.tan(math.radians(0.01 * p["ANGLE_MAX"]))
-        self.set_limits(p["WPNAV_SPEED"] * 0.01, p["WPNAV_ACCEL"] * 0.01)
 
     def set_limits(self, speed_m_s: float, acceleration_m_s2: float) -> None:
         """Limits of the target's motion."""
