@@ -133,7 +133,7 @@ KNOWN: tuple[Known, ...] = (
         "events",
         r"EVENT 23579003 is missing",
         "One event of the report of health (23579003) is not told.",
-        "It belongs to a check that the shim has not.",
+        "Which of PX4's checks it belongs to is not known here.",
     ),
     Known(
         "px4-params-mission",
@@ -172,14 +172,6 @@ KNOWN: tuple[Known, ...] = (
         "The real one's own take-offs took between 6 and 8 s.",
     ),
     # --- ArduPilot ---
-    Known(
-        "ardupilot-flight",
-        "health",
-        r"SYS_STATUS 0x5371fc0f \w+ \w+ comes, the real one has none",
-        "A stream that is asked for while the vehicle boots begins at once, not when it is "
-        "initialised (2.45 s).",
-        "What it tells then is what it would tell after that.",
-    ),
     Known(
         "ardupilot-boot",
         "health",
