@@ -110,6 +110,15 @@ class ParameterStore:
         self._values[name] = float(value)
         self.revision += 1
 
+    def learn(self, name: str, value: float) -> None:
+        """Take a value that the autopilot has found out itself, which is no change to it.
+
+        Raises:
+            UnknownParameterError: there is no parameter of this name.
+        """
+        self.definition(name)
+        self._values[name] = value
+
     def hash(self) -> int:
         """A 32-bit hash over names and values: equal hashes mean an unchanged list."""
         crc = 0

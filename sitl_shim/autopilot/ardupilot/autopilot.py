@@ -37,6 +37,8 @@ _ON_GROUND, _IN_AIR, _TAKEOFF, _LANDING = 1, 2, 3, 4
 _ALIGNS_AFTER_US = 2_750_000
 """In the air: then the estimator is sure of its heading."""
 
+_TELLS_HOVER_US = 100_000
+
 
 class ArduCopter:
     """One ArduCopter.
@@ -132,7 +134,6 @@ class ArduCopter:
             self._set_home(motion)
         elif self._was_armed and not armed:
             control.disarm()
-            self._keep_learned_hover()
         self._was_armed = armed
         if self._home is None and self._boot.passed(time_us, HOME_S):
             self._set_home(motion)
@@ -145,6 +146,8 @@ class ArduCopter:
         else:
             self._commands = STOPPED
             control.stand_by(motion)
+        if time_us % _TELLS_HOVER_US == 0:
+            control.cascade.motors.tell_hover(self.parameters)
         self._align_yaw_in_flight(time_us)
         return self._commands
 
@@ -152,10 +155,6 @@ class ArduCopter:
         x, y, z = motion.position_enu_m
         self._home = (x, y, z if self._control.landed else 0.0)
         self._home_attitude = motion.attitude_flu_to_enu
-
-    def _keep_learned_hover(self) -> None:
-        if self.parameters["MOT_HOVER_LEARN"] == 2.0:
-            self.parameters.set("MOT_THST_HOVER", self._control.cascade.motors.hover)
 
     def _align_yaw_in_flight(self, time_us: int) -> None:
         if self._control.landed or self._boot.estimator.yaw_error_rad == 0.0:

@@ -161,6 +161,12 @@ class Motors:
         first, second, third, fourth = (min(1.0, max(0.0, base + scale * part)) for part in parts)
         return (first, second, third, fourth)
 
+    def tell_hover(self, parameters: ParameterStore) -> None:
+        """Let the parameter say what was learned."""
+        if self.hover != self._told_hover:
+            self._told_hover = self.hover
+            parameters.learn("MOT_THST_HOVER", self.hover)
+
     def learn_hover(self) -> None:
         """One period of quiet hover: the hover throttle follows, slowly."""
         hover = self.hover + _HOVER_LEARN_GAIN * (self.throttle - self.hover)

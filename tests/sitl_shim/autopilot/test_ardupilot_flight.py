@@ -88,7 +88,31 @@ def test_landing_sinks_at_half_a_metre_per_second_and_disarms() -> None:
     assert 1.3 <= disarmed_s - touched_s <= 2.4
     assert client.copter.heartbeat.base_mode == 89
     assert client.copter.heartbeat.system_status == 3
-    assert client.copter.parameters["MOT_THST_HOVER"] != 0.39  # learned
+
+
+def test_the_hover_throttle_is_learned_and_a_change_of_something_else_does_not_undo_it() -> None:
+    client = hovering()
+    client.choose(BRAKE)
+    client.run(30.0)
+    learned = client.copter.parameters["MOT_THST_HOVER"]
+    assert learned == pytest.approx(0.366, abs=0.004)  # 0.39 at first
+    client.copter.parameters.set("GUID_TIMEOUT", 1.0)
+    client.run(1.0)
+    assert client.copter.parameters["MOT_THST_HOVER"] == pytest.approx(learned, abs=0.001)
+    client.copter.parameters.set("MOT_THST_HOVER", 0.30)
+    client.run(1.0)
+    assert client.copter.parameters["MOT_THST_HOVER"] == pytest.approx(0.306, abs=0.004)
+
+
+def test_the_heading_is_turned_on_command() -> None:
+    client = hovering()
+    client.command(115, 0.0, 0, 0, 0)
+    client.run(3.0)
+    assert client.acks(115) == [0]
+    assert client.heading_deg == pytest.approx(0.0, abs=2.0)
+    client.command(115, 30.0, 0, -1, 1)
+    client.run(3.0)
+    assert client.heading_deg == pytest.approx(-30.0, abs=2.0)
 
 
 def test_a_landing_from_high_up_hurries_down_to_ten_metres() -> None:
