@@ -11,7 +11,7 @@ from sitl_shim.autopilot.ardupilot.rate_control import RateControl
 from sitl_shim.autopilot.ardupilot.shaping import Pair
 from sitl_shim.autopilot.interface import Motion, RotorCommands
 from sitl_shim.autopilot.parameters import ParameterStore
-from sitl_shim.autopilot.px4.position_control import attitude_from_thrust_axis, heading_of
+from sitl_shim.autopilot.thrust_axis import attitude_from_thrust_axis, heading_of
 from sitl_shim.frames import Quaternion, Vector3
 
 _UP: Vector3 = (0.0, 0.0, 1.0)

@@ -14,7 +14,7 @@ from sitl_shim.autopilot.ardupilot.takeoff import Takeoff
 from sitl_shim.autopilot.interface import Motion, RotorCommands
 from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
-from sitl_shim.autopilot.px4.position_control import heading_of
+from sitl_shim.autopilot.thrust_axis import heading_of
 from sitl_shim.frames import Vector3
 
 _BRAKE_M_S2 = 7.5

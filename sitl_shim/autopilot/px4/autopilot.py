@@ -28,7 +28,7 @@ from sitl_shim.autopilot.px4.flight_control import STOPPED, FlightControl
 from sitl_shim.autopilot.px4.modes import Mode
 from sitl_shim.autopilot.px4.offboard import OffboardStream
 from sitl_shim.autopilot.px4.parameters import make_parameters
-from sitl_shim.autopilot.px4.position_control import heading_of
+from sitl_shim.autopilot.thrust_axis import heading_of
 from sitl_shim.frames import Quaternion, Vector3
 
 _QUADROTOR, _PX4 = 2, 12

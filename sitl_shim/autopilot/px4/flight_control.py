@@ -9,13 +9,10 @@ from sitl_shim.autopilot.px4.land_detector import LandDetector
 from sitl_shim.autopilot.px4.mixer import ThrustCurve, allocate
 from sitl_shim.autopilot.px4.modes import Mode
 from sitl_shim.autopilot.px4.offboard import OffboardStream
-from sitl_shim.autopilot.px4.position_control import (
-    ControlOutput,
-    attitude_from_thrust_axis,
-    heading_of,
-)
+from sitl_shim.autopilot.px4.position_control import ControlOutput
 from sitl_shim.autopilot.px4.position_flight import IDLE_THRUST, PositionFlight
 from sitl_shim.autopilot.px4.rate_control import RateControl
+from sitl_shim.autopilot.thrust_axis import attitude_from_thrust_axis, heading_of
 from sitl_shim.frames import Quaternion, Vector3
 
 STOPPED: RotorCommands = (0.0, 0.0, 0.0, 0.0)

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from sitl_shim.autopilot.interface import TICK_S, Motion
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4.modes import Mode
-from sitl_shim.autopilot.px4.position_control import TrajectorySetpoint, heading_of
+from sitl_shim.autopilot.px4.position_control import TrajectorySetpoint
 from sitl_shim.autopilot.px4.trajectory import Trajectory
+from sitl_shim.autopilot.thrust_axis import heading_of
 from sitl_shim.frames import Vector3
 
 _OFF_THE_GROUND_M = 0.05

@@ -3,7 +3,8 @@
 import math
 
 from sitl_shim.autopilot.interface import Motion, PositionSetpoint
-from sitl_shim.autopilot.px4.position_control import TrajectorySetpoint, heading_of
+from sitl_shim.autopilot.px4.position_control import TrajectorySetpoint
+from sitl_shim.autopilot.thrust_axis import heading_of
 from sitl_shim.frames import Vector3
 
 

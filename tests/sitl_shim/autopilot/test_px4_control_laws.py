@@ -10,8 +10,8 @@ from sitl_shim.autopilot.filters import SecondOrderLowPass, first_order_gain
 from sitl_shim.autopilot.px4.attitude_control import AttitudeControl
 from sitl_shim.autopilot.px4.mixer import ThrustCurve, allocate
 from sitl_shim.autopilot.px4.parameters import make_parameters
-from sitl_shim.autopilot.px4.position_control import attitude_from_thrust_axis, heading_of
 from sitl_shim.autopilot.px4.rate_control import RateControl
+from sitl_shim.autopilot.thrust_axis import attitude_from_thrust_axis, heading_of
 from sitl_shim.frames import (
     Quaternion,
     quaternion_from_euler,
