@@ -63,6 +63,12 @@ def room(tmp_path):
     return Room(tmp_path)
 
 
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    room = Room(tmp_path_factory.mktemp("room"))
+    return room, room.fly()
+
+
 def silent(_):
     return b""
 
@@ -76,8 +82,8 @@ def moved_by(x_m):
     return move
 
 
-def test_without_satellites_it_arms_in_offboard_and_flies_to_its_end(room):
-    flown = room.fly()
+def test_without_satellites_it_arms_in_offboard_and_flies_to_its_end(undisturbed):
+    room, flown = undisturbed
     assert flown.outcome.outcome == "landed"
     assert flown.outcome.completed
     assert flown.told("armed in mode offboard")
@@ -86,8 +92,8 @@ def test_without_satellites_it_arms_in_offboard_and_flies_to_its_end(room):
     assert room.result["mean_tracking_error_m"] < 0.15
 
 
-def test_until_it_takes_off_an_armed_vehicle_is_told_to_stand(room):
-    flown = room.fly()
+def test_until_it_takes_off_an_armed_vehicle_is_told_to_stand(undisturbed):
+    _, flown = undisturbed
     armed_s = next(t for t, armed in flown.wire.armed if armed)
     engaged_s = flown.began("engage")
     on_ground = [s for s in flown.wire.setpoints if s.time_s < engaged_s]
