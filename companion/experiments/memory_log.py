@@ -1,6 +1,7 @@
 """A flight's log that stays in memory: what the figures need, and nothing is encoded."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from companion.report.flight_data import (
@@ -19,6 +20,8 @@ class MemoryLog:
     def __init__(self) -> None:
         self._records: dict[str, list[Mapping[str, Any]]] = {topic: [] for topic in _KEPT}
         self._truth: list[bytes] = []
+        self.folder = Path()
+        """Where a flight that changes parameters keeps what they were; a study changes none."""
 
     def frame_in(self, time_s: float, raw: bytes) -> None:
         """Keep a received packet if it is the truth."""

@@ -133,3 +133,9 @@ def test_the_slew_of_a_tilt_that_swings_is_its_amplitude_times_its_frequency_by_
 
     assert slew == pytest.approx(0.1 * 2.0 * np.pi / math.sqrt(2.0), rel=1e-3)
     assert math.isnan(tilt_slew_rms_g_s(columns, -5.0))
+
+
+def test_a_whole_flight_can_be_a_task_too(task):
+    whole = fly_task(replace(task, wind="calm", airborne=False))
+    assert whole.outcome == "landed"
+    assert whole.mean_error_m < 0.05
