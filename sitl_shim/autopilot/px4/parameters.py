@@ -28,7 +28,7 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("COM_SPOOLUP_TIME", _REAL, 1.0, 0.0, 30.0, "motors idle at least this before take-off, s"),
     ("EKF2_EVA_NOISE", _REAL, 0.1, 0.05, 1000.0, "least noise of an external yaw, rad"),
     ("EKF2_EVP_NOISE", _REAL, 0.1, 0.01, 1000.0, "least noise of an external position, m"),
-    ("EKF2_EV_CTRL", _INT, 15, 0, 15, "fuse external: 1 x y, 2 height, 4 velocity, 8 yaw"),
+    ("EKF2_EV_CTRL", _INT, 0, 0, 15, "fuse external: 1 x y, 2 height, 4 velocity, 8 yaw"),
     ("EKF2_EV_DELAY", _REAL, 0.0, 0.0, 300.0, "external poses are older than they say by, ms"),
     ("EKF2_EV_NOISE_MD", _INT, 0, 0, 1, "0: covariance of the message counts if larger"),
     ("EKF2_EV_QMIN", _INT, 0, 0, 100, "least quality of an external pose; 0 takes all"),

@@ -92,13 +92,6 @@ KNOWN: tuple[Known, ...] = (
         "they have changed themselves; the shim has none of these, or leaves them as they are.",
     ),
     Known(
-        "px4-*",
-        "parameters",
-        "EKF2_EV_CTRL has another value",
-        "EKF2_EV_CTRL is 15, not 0.",
-        "The shim's estimator fuses poses from motion capture as soon as they come.",
-    ),
-    Known(
         "px4-offboard",
         "parameters",
         r"PARAM_(VALUE of|ERROR 1 for) MAV_0_BROADCAST.*",

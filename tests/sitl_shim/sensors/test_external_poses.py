@@ -11,7 +11,7 @@ from sitl_shim.sensors.aiding import ExternalPose
 from sitl_shim.simulation import ShimOptions, Simulation
 
 NAN = math.nan
-INDOORS = {"EKF2_GPS_CTRL": 0, "EKF2_HGT_REF": 3}
+INDOORS = {"EKF2_EV_CTRL": 15, "EKF2_GPS_CTRL": 0, "EKF2_HGT_REF": 3}
 TAKE_OFF = Command(22, (NAN,) * 7)
 ARM = Command(400, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 LOITER = Command(176, (1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0))
@@ -133,9 +133,10 @@ def test_when_the_poses_stop_it_goes_on_for_five_seconds_and_then_descends():
     assert room.truth[-1][2] == pytest.approx(0.0, abs=0.05)
 
 
-def test_poses_count_for_nothing_while_satellites_are_the_reference():
+@pytest.mark.parametrize("parameter", [{"EKF2_GPS_CTRL": 7}, {"EKF2_EV_CTRL": 0}])
+def test_poses_count_for_nothing_unless_the_parameters_say_so(parameter):
     def estimates(watching):
-        sim = Room(EKF2_GPS_CTRL=7)
+        sim = Room(**parameter)
         sim.watching = watching
         return sim.run(8.0).estimates
 
