@@ -82,8 +82,9 @@ class AidedEstimator:
         else:
             measured = _acceleration(estimate, state, attitude)
         fusion.predict(now_s, step_s, measured, heading)
-        for pose in self._poses:
-            fusion.take(pose, aiding, now_s)
+        if aiding.pose_horizontal:  # height or yaw alone are not fused here
+            for pose in self._poses:
+                fusion.take(pose, aiding, now_s)
         self._poses.clear()
 
         (px, py, pz), (vx, vy, vz) = fusion.position, fusion.velocity
