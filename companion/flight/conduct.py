@@ -62,6 +62,8 @@ class Outcome:
     """By the autopilot's clock, from the first sample to the last."""
     rejected_packets: Mapping[str, int] | None = None
     """Not read because of their signatures, by the reason; None without a key."""
+    autopilot: str | None = None
+    """Whose dialect was spoken: `px4`, `ardupilot`; None if none was heard."""
 
 
 async def conduct(
@@ -191,6 +193,7 @@ async def conduct(
             if connection.admission.checks
             else None
         ),
+        autopilot=connection.dialect.name if connection.dialect_known else None,
     )
 
 

@@ -28,6 +28,8 @@ def result_object(
         "controller": mission.controller,
         "wind": mission.wind if mission.connect is None else None,
         "vehicle": mission.vehicle,
+        "autopilot": outcome.autopilot,
+        "setpoint": mission.setpoint,
         "seed": mission.seed if mission.connect is None else None,
         "outcome": outcome.outcome,
         "completed": outcome.completed,

@@ -43,7 +43,8 @@ def _rows(result: dict[str, Any], *, with_note: bool) -> list[tuple[str, Text]]:
     weather = "a real vehicle" if result["wind"] is None else f"wind {result['wind']}"
     seed = "" if result["seed"] is None else f", seed {result['seed']}"
     flown = f"trajectory {result['trajectory']}, {result['controller']}, {result['vehicle']}"
-    rows.append(("flight", Text(f"{flown}, {weather}{seed}")))
+    under = "" if result["autopilot"] is None else f" under {result['autopilot']}"
+    rows.append(("flight", Text(f"{flown}{under}, {weather}{seed}")))
     rows += _error_rows(result)
     if result["fan_or_wind_peak_accel_m_s2"]:
         push = f"pushed with {result['fan_or_wind_peak_accel_m_s2']:.2f} m/s² at most"

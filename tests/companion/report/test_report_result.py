@@ -37,6 +37,8 @@ FURTHER = {
     "r_max_active_share",
     "timer_noise_ms",
     "rejected_packets",
+    "autopilot",
+    "setpoint",
 }
 
 LANDED = Outcome(
