@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from companion import cli_options as options
+
 app = typer.Typer(
     name="companion",
     no_args_is_help=True,
@@ -50,16 +52,11 @@ def _root(
 
 @app.command()
 def fly(
-    traj: Annotated[
-        str | None,
-        typer.Option(help="Trajectory: 1 … 5, or a CSV (t,x,y,z) or YAML file.", metavar="N|FILE"),
-    ] = None,
+    traj: options.Trajectory = None,
     controller: Annotated[
         str | None, typer.Option(help="Controller by name, or its YAML file.", metavar="NAME|FILE")
     ] = None,
-    vehicle: Annotated[
-        str | None, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
-    ] = None,
+    vehicle: options.Vehicle = None,
     wind: Annotated[
         str | None,
         typer.Option(
@@ -70,43 +67,19 @@ def fly(
     sensors: Annotated[
         str | None,
         typer.Option(
-            help="Sensors of the embedded shim in place of the vehicle's own: mocap, gnss, exact, "
+            help="Sensors of the embedded shim in place of the vehicle's own: mocap, gnss, ekf3, exact, "
             "or a profile's YAML file.",
             metavar="NAME|FILE",
         ),
     ] = None,
-    mocap: Annotated[
-        str | None,
-        typer.Option(
-            help="Give the autopilot poses of a motion-capture system: udp (JSON), vicon, "
-            "optitrack, qualisys, vrpn; --set mocap.KEY=VALUE for the rest.",
-            metavar="SYSTEM",
-        ),
-    ] = None,
+    mocap: options.MocapSystem = None,
     seed: Annotated[
         int | None, typer.Option(help="Seed of all noise of the embedded shim.")
     ] = None,
-    autopilot: Annotated[
-        str | None, typer.Option(help="Autopilot's kind: auto, px4, ardupilot.", metavar="NAME")
-    ] = None,
-    setpoint: Annotated[
-        str | None,
-        typer.Option(
-            help="What is streamed: attitude (default), or rates (of the body).", metavar="NAME"
-        ),
-    ] = None,
-    mission: Annotated[
-        Path | None, typer.Option(help="Mission as YAML; options win over it.", metavar="FILE")
-    ] = None,
-    setting: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            help="Set a key of the mission, or of the controller or vehicle by controller.KEY or "
-            "vehicle.KEY. May be repeated.",
-            metavar="KEY=VALUE",
-        ),
-    ] = None,
+    autopilot: options.Autopilot = None,
+    setpoint: options.SetpointKind = None,
+    mission: options.Mission = None,
+    setting: options.Settings = None,
     connect: Annotated[
         str | None,
         typer.Option(
@@ -115,20 +88,8 @@ def fly(
             metavar="URL",
         ),
     ] = None,
-    system_id: Annotated[
-        int | None,
-        typer.Option(
-            help="MAVLink system to fly, where several are on the link.", metavar="1 … 255"
-        ),
-    ] = None,
-    signing_key_file: Annotated[
-        Path | None,
-        typer.Option(
-            help="Sign packets, and read only signed ones, by the key in this file (mode 600); "
-            "else by the one in COMPANION_SIGNING_KEY, if any.",
-            metavar="FILE",
-        ),
-    ] = None,
+    system_id: options.SystemId = None,
+    signing_key_file: options.SigningKeyFile = None,
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Simulated time, as fast as the computer can.")
     ] = False,
@@ -144,9 +105,7 @@ def fly(
         Path | None,
         typer.Option(help="Folder of the flight's files; by default a new one in flights/."),
     ] = None,
-    json_output: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")
-    ] = False,
+    json_output: options.JsonOutput = False,
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Show every message.")] = False,
 ) -> None:
     """Fly a trajectory: start the shim (or connect), arm, take off, track, land, and report.
@@ -158,7 +117,7 @@ def fly(
     """
     from companion.fly_command import BadInputError, FlyRequest, run_fly
 
-    options = {
+    chosen = {
         "trajectory": _number_or_text(traj),
         "controller": controller,
         "vehicle": vehicle,
@@ -171,7 +130,7 @@ def fly(
     }
     request = FlyRequest(
         mission_file=mission,
-        overrides={key: value for key, value in options.items() if value is not None},
+        overrides={key: value for key, value in chosen.items() if value is not None},
         settings=(
             *(setting or ()),
             *(("preflight.fix=true",) if fix else ()),
@@ -214,33 +173,13 @@ def check(
             metavar="URL",
         ),
     ] = None,
-    autopilot: Annotated[
-        str | None, typer.Option(help="Autopilot's kind: auto, px4, ardupilot.", metavar="NAME")
-    ] = None,
-    vehicle: Annotated[
-        str | None, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
-    ] = None,
-    traj: Annotated[
-        str | None, typer.Option(help="Trajectory: 1 … 5, or a CSV or YAML file.", metavar="N|FILE")
-    ] = None,
-    setpoint: Annotated[
-        str | None, typer.Option(help="What would be streamed: attitude, rates.", metavar="NAME")
-    ] = None,
-    mission: Annotated[
-        Path | None, typer.Option(help="Mission as YAML; options win over it.", metavar="FILE")
-    ] = None,
-    setting: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            help="Set a key of the mission, as for fly. May be repeated.",
-            metavar="KEY=VALUE",
-        ),
-    ] = None,
-    signing_key_file: Annotated[
-        Path | None,
-        typer.Option(help="Sign packets by the key in this file, as for fly.", metavar="FILE"),
-    ] = None,
+    autopilot: options.Autopilot = None,
+    vehicle: options.Vehicle = None,
+    traj: options.Trajectory = None,
+    setpoint: options.SetpointKind = None,
+    mission: options.Mission = None,
+    setting: options.Settings = None,
+    signing_key_file: options.SigningKeyFile = None,
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Of the embedded shim: in simulated time.")
     ] = False,
@@ -260,9 +199,7 @@ def check(
             help="Set the parameters of such a list back, and do nothing else.", metavar="FILE"
         ),
     ] = None,
-    json_output: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")
-    ] = False,
+    json_output: options.JsonOutput = False,
 ) -> None:
     """Look a vehicle over before a flight: what was found, and what to do about it.
 
@@ -273,7 +210,7 @@ def check(
     """
     from companion.check_command import BadInputError, CheckRequest, run_check
 
-    options = {
+    chosen = {
         "trajectory": None if traj is None else _number_or_text(traj),
         "vehicle": vehicle,
         "autopilot": autopilot,
@@ -282,7 +219,7 @@ def check(
     }
     request = CheckRequest(
         mission_file=mission,
-        overrides={key: value for key, value in options.items() if value is not None},
+        overrides={key: value for key, value in chosen.items() if value is not None},
         settings=tuple(setting or ()),
         lockstep=lockstep,
         fix=fix,
@@ -317,27 +254,10 @@ def mocap(
             help="Link to the autopilot, for instance udpin://127.0.0.1:14540.", metavar="URL"
         ),
     ] = None,
-    mocap: Annotated[
-        str | None,
-        typer.Option(
-            help="The system: udp (JSON), vicon, optitrack, qualisys, vrpn.", metavar="SYSTEM"
-        ),
-    ] = None,
-    mission: Annotated[
-        Path | None, typer.Option(help="Mission as YAML; options win over it.", metavar="FILE")
-    ] = None,
-    setting: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            help="Set a key of the mission, as in --set mocap.body=drone. May be repeated.",
-            metavar="KEY=VALUE",
-        ),
-    ] = None,
-    signing_key_file: Annotated[
-        Path | None,
-        typer.Option(help="Sign packets by the key in this file, as for fly.", metavar="FILE"),
-    ] = None,
+    mocap: options.MocapSystem = None,
+    mission: options.Mission = None,
+    setting: options.Settings = None,
+    signing_key_file: options.SigningKeyFile = None,
 ) -> None:
     """Give an autopilot the poses of a motion-capture system, and fly nothing.
 
