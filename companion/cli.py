@@ -67,8 +67,8 @@ def fly(
     sensors: Annotated[
         str | None,
         typer.Option(
-            help="Sensors of the embedded shim in place of the vehicle's own: mocap, gnss, ekf3, exact, "
-            "or a profile's YAML file.",
+            help="Sensors of the embedded shim in place of the vehicle's own: mocap, gnss, ekf3, "
+            "exact, or a profile's YAML file.",
             metavar="NAME|FILE",
         ),
     ] = None,
