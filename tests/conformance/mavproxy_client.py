@@ -7,7 +7,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.conformance.shims import shim_for_clients
+from tests.conformance.shims import announced_parameters, shim_for_clients
 from tests.conformance.steps import Session
 
 _METRES_PER_DEGREE = 111_320.0
@@ -19,10 +19,10 @@ async def run(flavour: str) -> Session:
     """All steps, against a shim of a flavour."""
     session = Session("MAVProxy", flavour)
     with tempfile.TemporaryDirectory() as folder:
-        async with shim_for_clients(flavour) as (_, ground):
+        async with shim_for_clients(flavour) as (onboard, ground):
             proxy = await MavProxy.start(f"udpin:127.0.0.1:{ground}", Path(folder))
             try:
-                await _Client(proxy, session, Path(folder)).run()
+                await _Client(proxy, session, Path(folder), other_port=onboard).run()
             finally:
                 await proxy.end()
     return session
@@ -92,7 +92,8 @@ class MavProxy:
 
 
 class _Client:
-    def __init__(self, proxy: MavProxy, session: Session, folder: Path) -> None:
+    def __init__(self, proxy: MavProxy, session: Session, folder: Path, *, other_port: int) -> None:
+        self.other_port = other_port
         self.proxy = proxy
         self.session = session
         self.folder = folder
@@ -122,8 +123,8 @@ class _Client:
 
     async def all_parameters(self) -> str:
         found = await self.proxy.hears(r"Received (\d+) parameters")
-        assert int(found[1]) > 50, found[0]
-        return f"{found[1]} parameters"
+        assert int(found[1]) == await announced_parameters(self.other_port), found[0]
+        return f"{found[1]} parameters, all that there are"
 
     async def read_parameter(self) -> str:
         name = _PARAMETER[self.flavour]
@@ -189,9 +190,11 @@ class _Client:
     async def mode(self) -> str:
         if self.flavour == "px4":
             # MAVProxy 1.8.75 cannot pack PX4's modes for its `mode` command.
+            self.proxy.say("long DO_SET_MODE 157 3 0")
+            await self.proxy.hears(r"Mode POSCTL")
             self.proxy.say("long DO_SET_MODE 157 4 3")
-            await self.proxy.hears(r"DO_SET_MODE: ACCEPTED")
-            return "LOITER, by DO_SET_MODE"
+            await self.proxy.hears(r"Mode LOITER")
+            return "POSCTL, then LOITER, by DO_SET_MODE"
         while True:
             self.proxy.say("mode GUIDED")
             try:
@@ -225,18 +228,21 @@ class _Client:
         return "landed and disarmed"
 
     async def fly_mission(self) -> str:
+        start_deg, _ = await self._place()
         if self.flavour == "px4":
             await self.arm()
-            self.proxy.say("long MISSION_START 0 0")
         else:
             await self.mode()
             await self.arm()
             self.proxy.say("mode AUTO")
             await self.proxy.hears(r"Mode AUTO|AUTO>")
-            self.proxy.say("long MISSION_START 0 0")
+        self.proxy.say("long MISSION_START 0 0")
         await self.proxy.hears(r"MISSION_START: ACCEPTED")
         await self.proxy.hears(r"DISARMED")
-        return "flown, landed, disarmed"
+        end_deg, _ = await self._place()
+        north_m = (end_deg - start_deg) * _METRES_PER_DEGREE
+        assert 3.0 < north_m < 5.0, f"came down {north_m:.1f} m north of where it had stood, not 4"
+        return f"landed {north_m:.0f} m north, disarmed"
 
     async def list_logs(self) -> str:
         self.proxy.say("log list")

@@ -20,7 +20,7 @@ from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.plugins.mission_raw import MissionItem
 from mavsdk.plugins.offboard import Attitude, AttitudeRate
 
-from tests.conformance.shims import shim_for_clients
+from tests.conformance.shims import announced_parameters, shim_for_clients
 from tests.conformance.steps import Session
 
 _HEIGHT_PARAMETER = {"px4": "MIS_TAKEOFF_ALT", "ardupilot": "WPNAV_RADIUS"}
@@ -43,16 +43,17 @@ async def _until(values: AsyncIterator[Any], condition: Callable[[Any], bool]) -
 async def run(flavour: str) -> Session:
     """All steps, against a shim of a flavour."""
     session = Session("MAVSDK", flavour)
-    async with shim_for_clients(flavour) as (onboard, _):
+    async with shim_for_clients(flavour) as (onboard, ground):
         configuration = Configuration.create_with_component_type(ComponentType.COMPANION_COMPUTER)
         async with Mavsdk(configuration) as mavsdk:
-            client = _Client(mavsdk, session)
+            client = _Client(mavsdk, session, other_port=ground)
             await client.run(f"udpin://127.0.0.1:{onboard}")
     return session
 
 
 class _Client:
-    def __init__(self, mavsdk: Any, session: Session) -> None:
+    def __init__(self, mavsdk: Any, session: Session, *, other_port: int) -> None:
+        self.other_port = other_port
         self.mavsdk = mavsdk
         self.session = session
         self.flavour = session.flavour
@@ -135,8 +136,8 @@ class _Client:
     async def all_parameters(self) -> str:
         found = await self.parameters.get_all_params()
         count = len(found.int_params) + len(found.float_params)
-        assert count > 50, count
-        return f"{count} parameters"
+        assert count == await announced_parameters(self.other_port), count
+        return f"{count} parameters, all that there are"
 
     async def list_files(self) -> str:
         """A listing, or an orderly refusal: what must not be is silence."""
