@@ -3,6 +3,7 @@
 import math
 
 from sitl_shim.frames import Vector3
+from sitl_shim.mavlink.integers import int32
 from sitl_shim.simulation import GlobalOrigin
 
 _EARTH_RADIUS_M = 6_371_000.0
@@ -15,9 +16,9 @@ def global_position(origin: GlobalOrigin, position_enu_m: Vector3) -> tuple[int,
     parallel_m = _EARTH_RADIUS_M * math.cos(math.radians(origin.latitude_deg))
     longitude = origin.longitude_deg + math.degrees(east / parallel_m)
     return (
-        round(latitude * 1e7),
-        round(longitude * 1e7),
-        round((origin.altitude_amsl_m + up) * 1000.0),
+        int32(latitude * 1e7),
+        int32(longitude * 1e7),
+        int32((origin.altitude_amsl_m + up) * 1000.0),
     )
 
 

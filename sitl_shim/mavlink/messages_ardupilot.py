@@ -16,6 +16,7 @@ from sitl_shim.frames import (
 from sitl_shim.mavlink import messages_motion as motion
 from sitl_shim.mavlink import messages_status as status
 from sitl_shim.mavlink.geodesy import global_position
+from sitl_shim.mavlink.integers import int16, uint16
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
 
@@ -112,7 +113,7 @@ def gps_raw_int(sim: Simulation) -> Message:
         altitude_mm,
         121,
         200,
-        round(math.hypot(east, north) * 100.0),
+        uint16(math.hypot(east, north) * 100.0),
         course,
         10,
         altitude_mm,
@@ -156,10 +157,10 @@ def raw_imu(sim: Simulation) -> Message:
     highres = motion.highres_imu(sim)
     return dialect.MAVLink_raw_imu_message(
         sim.time_us,
-        *(_int16(value / _GRAVITY_M_S2 * 1e3) for value in (highres.xacc, highres.yacc)),
-        _int16(highres.zacc / _GRAVITY_M_S2 * 1e3),
-        *(_int16(value * 1e3) for value in (highres.xgyro, highres.ygyro, highres.zgyro)),
-        *(_int16(value * 1e3) for value in (highres.xmag, highres.ymag, highres.zmag)),
+        *(int16(value / _GRAVITY_M_S2 * 1e3) for value in (highres.xacc, highres.yacc)),
+        int16(highres.zacc / _GRAVITY_M_S2 * 1e3),
+        *(int16(value * 1e3) for value in (highres.xgyro, highres.ygyro, highres.zgyro)),
+        *(int16(value * 1e3) for value in (highres.xmag, highres.ymag, highres.zmag)),
         0,
         2803,
     )
@@ -215,7 +216,3 @@ def sim_state(sim: Simulation) -> Message:
         latitude,
         longitude,
     )
-
-
-def _int16(value: float) -> int:
-    return max(-32768, min(32767, round(value)))

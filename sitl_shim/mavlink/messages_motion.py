@@ -14,6 +14,7 @@ from sitl_shim.frames import (
     swap_flu_frd,
 )
 from sitl_shim.mavlink.geodesy import global_position
+from sitl_shim.mavlink.integers import int16, int32, uint16
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
 
@@ -95,10 +96,10 @@ def global_position_int(sim: Simulation) -> Message:
         latitude,
         longitude,
         altitude_mm,
-        round(_height_above_home_m(sim) * 1000.0),
-        _int16(vx * 100.0),
-        _int16(vy * 100.0),
-        _int16(vz * 100.0),
+        int32(_height_above_home_m(sim) * 1000.0),
+        int16(vx * 100.0),
+        int16(vy * 100.0),
+        int16(vz * 100.0),
         round(_heading_deg(sim) * 100.0) % 36000,
     )
 
@@ -118,7 +119,7 @@ def gps_raw_int(sim: Simulation) -> Message:
         altitude_mm,
         70,  # dilution of precision, times 100
         80,
-        min(65535, round(speed * 100.0)),
+        uint16(speed * 100.0),
         round(course_deg * 100.0) % 36000,
         16,  # satellites
         altitude_mm,
@@ -139,7 +140,7 @@ def highres_imu(sim: Simulation) -> Message:
     gyro = swap_flu_frd(estimate.rate_flu_rad_s)
     field = rotate_inverse(frd_to_ned, _FIELD_NED_GAUSS)
     altitude_m = sim.origin.altitude_amsl_m + estimate.position_enu_m[2]
-    pressure_hpa = 1013.25 * (1.0 - 2.25577e-5 * altitude_m) ** 5.25588
+    pressure_hpa = 1013.25 * max(0.0, 1.0 - 2.25577e-5 * altitude_m) ** 5.25588
     return dialect.MAVLink_highres_imu_message(
         sim.time_us, *force, *gyro, *field, pressure_hpa, 0.0, altitude_m, 15.0, 63, 0
     )
@@ -229,7 +230,3 @@ def _heading_deg(sim: Simulation) -> float:
     """Clockwise from north, 0 to 360."""
     yaw = euler_from_quaternion(attitude_to_wire(sim.estimate.attitude_flu_to_enu))[2]
     return math.degrees(yaw) % 360.0
-
-
-def _int16(value: float) -> int:
-    return max(-32768, min(32767, round(value)))

@@ -9,6 +9,7 @@ import math
 
 from sitl_shim.frames import attitude_to_wire, rotate_inverse, swap_enu_ned, swap_flu_frd
 from sitl_shim.mavlink.geodesy import global_position
+from sitl_shim.mavlink.integers import int16, uint16
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
 
@@ -65,8 +66,8 @@ def hil_state_quaternion(sim: Simulation) -> Message:
     ax, ay, az = swap_enu_ned(state.acceleration_enu_m_s2)
     force = rotate_inverse(frd_to_ned, (ax, ay, az - _GRAVITY_M_S2))
     p, q, r = swap_flu_frd(state.rate_flu_rad_s)
-    speed = min(65535, round(math.sqrt(vx * vx + vy * vy + vz * vz) * 100.0))
-    mg = [_int16(component / _GRAVITY_M_S2 * 1000.0) for component in force]
+    speed = uint16(math.sqrt(vx * vx + vy * vy + vz * vz) * 100.0)
+    mg = [int16(component / _GRAVITY_M_S2 * 1000.0) for component in force]
     return dialect.MAVLink_hil_state_quaternion_message(
         0,
         frd_to_ned,
@@ -76,14 +77,10 @@ def hil_state_quaternion(sim: Simulation) -> Message:
         latitude,
         longitude,
         altitude_mm,
-        _int16(vx * 100.0),
-        _int16(vy * 100.0),
-        _int16(vz * 100.0),
+        int16(vx * 100.0),
+        int16(vy * 100.0),
+        int16(vz * 100.0),
         speed,
         speed,
         *mg,
     )
-
-
-def _int16(value: float) -> int:
-    return max(-32768, min(32767, round(value)))

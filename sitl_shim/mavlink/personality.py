@@ -58,6 +58,8 @@ class Personality:
     """Boot time at which it tells unasked which parameters the airframe has set."""
     parameter_file: bool
     """Whether FTP has the packed file of the parameters."""
+    client_numbers_files: bool
+    """An open file has the session number that its request bore; else the vehicle chooses one."""
     events: bool
     """Whether EVENT (410) is sent to companions."""
     answers_with_parameter_index: bool
@@ -93,6 +95,7 @@ _PX4 = Personality(
     parameter_hash=True,
     tells_parameters_us=480_000,
     parameter_file=False,
+    client_numbers_files=False,
     events=True,
     answers_with_parameter_index=True,
     tells_changes_again=True,
@@ -123,6 +126,7 @@ _ARDUPILOT = Personality(
     parameter_hash=False,
     tells_parameters_us=None,
     parameter_file=True,
+    client_numbers_files=True,
     events=False,
     answers_with_parameter_index=False,
     tells_changes_again=False,

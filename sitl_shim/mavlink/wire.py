@@ -18,6 +18,7 @@ Message = Any
 
 _BAD_DATA = "BAD_DATA"
 _UNKNOWN_PREFIX = "UNKNOWN"
+_MOST_KEPT_BYTES = 4096
 _REQUEST_EVENT = f"{_UNKNOWN_PREFIX}_{REQUEST_ID}"
 
 
@@ -68,10 +69,19 @@ class Parser:
 
     def parse(self, data: bytes) -> Iterator[Message]:
         """Messages that are complete with ``data``, unknown ones and noise left out."""
-        for message in self._mavlink.parse_buffer(data) or ():
+        messages = self._mavlink.parse_buffer(data)
+        self._forget_what_was_read()
+        for message in messages or ():
             name = message.get_type()
             if name != _BAD_DATA and not name.startswith(_UNKNOWN_PREFIX):
                 yield message
             elif name == _REQUEST_EVENT:  # pymavlink does not know it, and checks nothing
                 with contextlib.suppress(ValueError):
                     yield RequestEvent(message)
+
+    def _forget_what_was_read(self) -> None:
+        """Without this pymavlink keeps every byte while chunks end in the middle of a message."""
+        mavlink = self._mavlink
+        if mavlink.buf_index > _MOST_KEPT_BYTES:
+            del mavlink.buf[: mavlink.buf_index]
+            mavlink.buf_index = 0

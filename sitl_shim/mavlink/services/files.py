@@ -153,7 +153,11 @@ class Files:
 
     def _open(self, desk: _Desk, request: _Request) -> bytes:
         content = self._content(request)
-        session = next((n for n in range(_MOST_SESSIONS) if n not in desk.sessions), None)
+        free = (n for n in range(_MOST_SESSIONS) if n not in desk.sessions)
+        session = next(free, None)
+        if self._context.personality.client_numbers_files:
+            desk.sessions.pop(request.session, None)  # opened anew
+            session = request.session if len(desk.sessions) < _MOST_SESSIONS else None
         if session is None:
             raise _RefusalError(_NO_SESSIONS)
         desk.sessions[session] = content

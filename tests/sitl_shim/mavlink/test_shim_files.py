@@ -172,6 +172,15 @@ def test_sessions_are_few_and_a_reset_ends_them() -> None:
     assert files.ask(_OPEN, path)[0].opcode == _ACK
 
 
+def test_on_ardupilot_the_client_numbers_its_open_files() -> None:
+    files = _files("ardupilot")
+    (opened,) = files.ask(_OPEN, b"@PARAM/param.pck", session=106)
+    assert (opened.opcode, opened.session) == (_ACK, 106)
+    assert files.ask(_READ, session=106, size=10)[0].opcode == _ACK
+    assert files.ask(_OPEN, b"@PARAM/param.pck", session=106)[0].session == 106
+    assert _files("px4").ask(_OPEN, b"/log/2026-01-01/00_00_02.ulg", session=106)[0].session == 0
+
+
 def test_a_request_that_comes_again_is_answered_again_without_being_carried_out() -> None:
     files = _files()
     (first,) = files.ask(_OPEN, b"/log/2026-01-01/00_00_02.ulg")
