@@ -12,7 +12,8 @@ from companion.flight.connection import Connection
 from companion.flight.endpoints import Endpoint, datagrams_of
 from companion.link.clients import Client
 from companion.link.link import LinkError
-from companion.mavlink.client_filter import Refusal, Situation, judge, read_command
+from companion.mavlink.client_command import read_command
+from companion.mavlink.client_filter import Refusal, Situation, judge
 from companion.mavlink.codec import Packer
 from companion.mavlink.commands import Result
 from companion.mavlink.framing import Frame
@@ -22,9 +23,10 @@ from companion.mavlink.messages import (
     Outgoing,
     Target,
 )
-from companion.mavlink.stand_in import command_ack, read_instead_of_set
+from companion.mavlink.stand_in import StandIn, read_instead_of_set
 from companion.mavlink.stream_requests import REQUEST_DATA_STREAM, StreamRequests
 from companion.mavlink.telemetry import is_truth
+from companion.mavlink.timesync import is_answer
 
 _LATER_PER_CHORE = 2
 _MOST_LATER = 200
@@ -46,6 +48,7 @@ class Forwarder:
         endpoints: Sequence[ForwardConfig],
         tell: Callable[[str, str], None],
         pilot_flies: Callable[[], bool],
+        pause: Callable[[], bool] = lambda: False,
     ) -> None:
         """Prepare; nothing is opened yet.
 
@@ -54,6 +57,7 @@ class Forwarder:
             endpoints: where clients are, and what they may.
             tell: told (severity, text) what a person should know.
             pilot_flies: true once the companion has handed over.
+            pause: hands over because a client wants a pause; true if there was anything to end.
 
         Raises:
             LinkError: an endpoint cannot be one.
@@ -66,11 +70,12 @@ class Forwarder:
         self._connection = connection
         self._tell = tell
         self._pilot_flies = pilot_flies
+        self._pause = pause
         self._requests = StreamRequests()
         self._later: deque[Outgoing] = deque(maxlen=_MOST_LATER)
         """Questions on behalf of clients, asked a few at a time."""
         self._second: Packer | None = None
-        self._stand_in: Packer | None = None
+        self._stand_in: StandIn | None = None
         self._told: set[tuple[str, str]] = set()
         for endpoint in self.endpoints:
             self._listen(endpoint)
@@ -172,12 +177,18 @@ class Forwarder:
             if connection.dialect.name == "ardupilot":  # others do not heed it
                 self._later.extend(self._requests.translate(frame, connection.target))
             return
+        if frame.message_id == MessageId.TIMESYNC and is_answer(frame):
+            return  # the companion answers, by one clock; nobody waits for anything
         command = read_command(frame)
         answer = None if command is None else self._requests.answer(command)
         if command is not None and answer is not None:
-            self._acknowledge(client, frame, command.command_id, command.target, answer)
+            target = command.target
+            client.send(self._vehicle_says.acknowledge(frame, command.command_id, target, answer))
             return
         refusal = judge(frame, self._situation(endpoint))
+        if refusal is not None and refusal.pauses and self._pause():
+            self._answer(client, frame, refusal, Result.ACCEPTED)
+            return
         if refusal is not None:
             self._refuse(endpoint, client, frame, refusal)
             return
@@ -205,23 +216,26 @@ class Forwarder:
         self.refused[refusal.what] = self.refused.get(refusal.what, 0) + 1
         who = f"{refusal.what} of {frame.system_id}/{frame.component_id}"
         self._tell_once(endpoint, who, f"not passed on: {refusal.why}")
+        self._answer(client, frame, refusal, refusal.result)
+
+    def _answer(self, client: Client, frame: Frame, refusal: Refusal, result: Result) -> None:
+        """Say what came of a frame that does not go on, if its sender waits for that."""
         if refusal.command_id is not None and refusal.target is not None:
-            self._acknowledge(client, frame, refusal.command_id, refusal.target, refusal.result)
+            client.send(
+                self._vehicle_says.acknowledge(frame, refusal.command_id, refusal.target, result)
+            )
         elif frame.message_id == MessageId.PARAM_SET:
             # Its sender waits for a PARAM_VALUE: the one that stays.
             self._later.append(read_instead_of_set(frame))
+        elif frame.decodable and (denial := self._vehicle_says.deny(frame)) is not None:
+            client.send(denial)
 
-    def _acknowledge(
-        self, client: Client, frame: Frame, command_id: int, target: Target, result: Result
-    ) -> None:
-        """Answer in the vehicle's place, so that the client does not wait and ask again."""
-        vehicle = self._connection.target
+    @property
+    def _vehicle_says(self) -> StandIn:
+        """Answers in the vehicle's place, so that no client waits and asks again."""
         if self._stand_in is None:
-            # Not signed: our stamp could make the vehicle's own next packet look like a replay.
-            self._stand_in = Packer(*vehicle)
-        self._stand_in.component_id = target.component_id or vehicle.component_id
-        asker = Target(frame.system_id, frame.component_id)
-        client.send(self._stand_in.pack(command_ack(command_id, result, asker)))
+            self._stand_in = StandIn(self._connection.target)
+        return self._stand_in
 
     def _chore(self, now_s: float) -> None:
         for endpoint in self.endpoints:

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator
+from functools import partial
 
 from companion.flight.crew import Flight
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
@@ -62,6 +63,7 @@ async def shared_link(flight: Flight) -> AsyncIterator[None]:
         endpoints,
         flight.voice.tell,
         lambda: over or flight.authority.handed_over,
+        partial(hand_over_for_a_pause, flight),
     )
     await forwarder.open()
     if flight.backend.endpoints:
@@ -86,6 +88,17 @@ async def shared_link(flight: Flight) -> AsyncIterator[None]:
             f"the link was shared: {forwarder.passed} messages of clients passed on, kept back: "
             f"{refused or 'none'}; {forwarder.unsent} not taken by clients",
         )
+
+
+def hand_over_for_a_pause(flight: Flight) -> bool:
+    """Hand over because a ground station wants a pause; False if nothing of ours is in the air."""
+    stream = flight.stream
+    if not (stream.running or stream.handing_over.possible):
+        return False
+    stream.hand_over("a ground station asked for a pause")
+    flight.voice.tell("warning", "a ground station asked for a pause: handing over")
+    flight.connection.waiting.wake()
+    return True
 
 
 async def _stay_for_the_pilot(flight: Flight, forwarder: Forwarder) -> None:

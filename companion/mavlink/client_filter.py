@@ -3,33 +3,38 @@
 Two controllers that steer one vehicle crash it, so what starts or steers something is kept back.
 What ends the companion's flight is not: a person at a ground station can take over at any time,
 by landing, returning, holding, a position mode, or, in an emergency, by stopping the motors.  Once
-the flight is handed over, only automatic setpoints are kept back.  Messages are let through unless
-they are named here; commands are kept back unless they are.  docs/decisions has the reasons.
+the flight is handed over, only automatic setpoints are kept back.
+
+`message_classes` says what each message is; commands are kept back unless they are named here.
+docs/decisions has the reasons.
 """
 
 import math
 from dataclasses import dataclass
 
+from companion.mavlink.client_command import (
+    ARM_DISARM,
+    DO_SET_MODE,
+    SET_MESSAGE_INTERVAL,
+    ClientCommand,
+    read_command,
+)
 from companion.mavlink.codec import decode
 from companion.mavlink.commands import Result
 from companion.mavlink.dialect import message_name
 from companion.mavlink.dialects.base import AutopilotDialect
 from companion.mavlink.framing import Frame
+from companion.mavlink.message_classes import MessageClass, class_of
 from companion.mavlink.messages import MessageId, Target
 
 _SET_MODE = 11
-_SETUP_SIGNING = 256
 _MISSION_ITEMS = frozenset({39, 73})
-_STICKS = frozenset({69, 70, 420})
-"""MANUAL_CONTROL, RC_CHANNELS_OVERRIDE, RADIO_RC_CHANNELS."""
-_SETPOINTS = frozenset({81, 82, 84, 86, 139, 144, 149, 332, 333})
-"""Of position, attitude, actuators, manual ones; targets to follow or land on; trajectories."""
-_ESTIMATES = frozenset(
-    {90, 91, 92, 93, 100, 101, 102, 103, 104, 106, 107, 113, 114, 115, 132, 138, 232, 331}
-)
-"""Poses, simulated sensors and GNSS: who moves the estimate moves the vehicle."""
-_CHANGES = frozenset({5, 48, 50, 126, 151, 243})
-"""CHANGE_OPERATOR_CONTROL, origin and home, PARAM_MAP_RC, SERIAL_CONTROL, SET_MAG_OFFSETS."""
+_FENCE, _ALL_KINDS = 1, 255
+"""MAV_MISSION_TYPE."""
+
+_FILE_OPERATIONS_THAT_READ = frozenset({0, 1, 2, 3, 4, 5, 14, 15})
+"""None, end a session or all, list, open to read, read, checksum, read in a burst."""
+_FILE_OPERATION_AT = 3
 
 _HARMLESS_COMMANDS = frozenset(
     {*range(200, 207), 401, 410, 510, 512, *range(519, 535), 1000, 1001}
@@ -38,36 +43,18 @@ _HARMLESS_COMMANDS = frozenset(
 """Cameras, gimbals, logging, and requests for a message."""
 _ENDING_COMMANDS = frozenset({17, 20, 21, 185})
 """NAV_LOITER_UNLIM, NAV_RETURN_TO_LAUNCH, NAV_LAND, DO_FLIGHTTERMINATION."""
-_DO_SET_MODE = 176
-_DO_REPOSITION = 192
-_DO_PAUSE_CONTINUE = 193
-_OVERRIDE_GOTO = 252
-_ARM_DISARM = 400
-SET_MESSAGE_INTERVAL = 511
-_COMMAND_NAMES = {
-    22: "NAV_TAKEOFF",
-    24: "NAV_TAKEOFF_LOCAL",
-    _DO_SET_MODE: "DO_SET_MODE",
-    178: "DO_CHANGE_SPEED",
-    179: "DO_SET_HOME",
-    _DO_REPOSITION: "DO_REPOSITION",
-    _DO_PAUSE_CONTINUE: "DO_PAUSE_CONTINUE",
-    241: "PREFLIGHT_CALIBRATION",
-    245: "PREFLIGHT_STORAGE",
-    246: "PREFLIGHT_REBOOT_SHUTDOWN",
-    _OVERRIDE_GOTO: "OVERRIDE_GOTO",
-    300: "MISSION_START",
-    _ARM_DISARM: "COMPONENT_ARM_DISARM",
-    SET_MESSAGE_INTERVAL: "SET_MESSAGE_INTERVAL",
-}
 _MODES_OF_A_TAKEOVER = {
     "px4": frozenset({"loiter", "land", "rtl", "posctl", "altctl"}),
     "ardupilot": frozenset({"brake", "land", "rtl", "smart_rtl", "loiter", "poshold", "alt_hold"}),
 }
 """Modes in which the autopilot itself keeps the vehicle level, at least."""
 
+_PAUSE_BY_HANDING_OVER = frozenset({"ardupilot"})
+"""In GUIDED it denies every command to pause and obeys the next setpoint."""
+_PASSES = frozenset({MessageClass.HARMLESS, MessageClass.TIME, MessageClass.RATES})
+"""What is made of the last two, who forwards decides."""
+
 _CUSTOM_MODE = 0x01
-_NO_PLACE = 0x7FFFFFFF
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,23 +71,6 @@ class Situation:
 
 
 @dataclass(frozen=True, slots=True)
-class ClientCommand:
-    """A COMMAND_LONG or COMMAND_INT."""
-
-    command_id: int
-    target: Target
-    params: tuple[float, float, float, float]
-    """The first four."""
-    has_place: bool
-    """Its fields 5 and 6 say where."""
-
-    @property
-    def name(self) -> str:
-        """For a person."""
-        return _COMMAND_NAMES.get(self.command_id, f"command {self.command_id}")
-
-
-@dataclass(frozen=True, slots=True)
 class Refusal:
     """Why a frame is not passed on."""
 
@@ -112,23 +82,8 @@ class Refusal:
     target: Target | None = None
     """Whom the command was for: who has to answer."""
     result: Result = Result.DENIED
-
-
-def read_command(frame: Frame) -> ClientCommand | None:
-    """The command in a frame; None if it is no command."""
-    if frame.message_id not in (MessageId.COMMAND_LONG, MessageId.COMMAND_INT):
-        return None
-    message = decode(frame)
-    if frame.message_id == MessageId.COMMAND_LONG:
-        has_place = not (math.isnan(message.param5) and math.isnan(message.param6))
-    else:
-        has_place = not message.x == message.y == _NO_PLACE
-    return ClientCommand(
-        int(message.command),
-        Target(message.target_system, message.target_component),
-        (message.param1, message.param2, message.param3, message.param4),
-        has_place,
-    )
+    pauses: bool = False
+    """It asks for a pause, which the companion itself must make."""
 
 
 def judge(frame: Frame, situation: Situation) -> Refusal | None:
@@ -140,48 +95,71 @@ def judge(frame: Frame, situation: Situation) -> Refusal | None:
     """
     message_id = frame.message_id
     vehicle = situation.vehicle
-    if message_id == _SETUP_SIGNING:
+    kind = class_of(message_id)
+    if kind is MessageClass.LOCKS_OUT:
         return Refusal("SETUP_SIGNING", "it would lock the companion out")
     command = read_command(frame)
     if command is not None:
         # Of whatever component: autopilots obey some commands that name another one of theirs.
         if command.target.system_id not in (0, vehicle.system_id):
             return None
-        why = _why_not_command(command, situation)
-        if why is None:
-            return None
-        return Refusal(command.name, why, command.command_id, command.target)
-    if not _is_for(frame, vehicle):
+        return _refused_command(command, situation)
+    if kind in _PASSES or not _is_for(frame, vehicle):
         return None
-    if message_id in _STICKS:
+    if kind is MessageClass.STICKS:
         if situation.allow_setpoints or situation.pilot_flies:
             return None
         return Refusal(
             message_name(message_id), "the companion flies; sticks pass once it does not"
         )
-    if message_id in _SETPOINTS or message_id in _ESTIMATES:
+    if kind is MessageClass.STEERS:
         if situation.allow_setpoints:
             return None
         return Refusal(message_name(message_id), "only the companion steers (allow_setpoints)")
     if situation.allow_commands or situation.pilot_flies:
         return None
-    return _why_not_message(frame, situation)
+    if kind is MessageClass.MODE:
+        return _refused_mode(frame, situation)
+    why = _why_not_message(frame, kind, situation)
+    return None if why is None else Refusal(message_name(message_id), why)
 
 
-def _why_not_message(frame: Frame, situation: Situation) -> Refusal | None:
-    message_id = frame.message_id
-    if message_id == _SET_MODE:
-        message = decode(frame)
-        wanted = message.custom_mode if message.base_mode & _CUSTOM_MODE else None
-        why = _why_not_mode(wanted, situation)
-        return None if why is None else Refusal("SET_MODE", why, _SET_MODE, situation.vehicle)
-    if message_id in _CHANGES:
-        return Refusal(message_name(message_id), "nothing is changed while the companion flies")
-    if message_id == MessageId.PARAM_SET and situation.armed:
-        return Refusal("PARAM_SET", "no parameter is changed while the vehicle is armed")
-    if message_id in _MISSION_ITEMS and _is_guided_item(frame):
-        return Refusal(message_name(message_id), "only the companion steers (allow_commands)")
-    return None
+def _refused_mode(frame: Frame, situation: Situation) -> Refusal | None:
+    message = decode(frame)
+    wanted = message.custom_mode if message.base_mode & _CUSTOM_MODE else None
+    why = _why_not_mode(wanted, situation)
+    return None if why is None else Refusal("SET_MODE", why, _SET_MODE, situation.vehicle)
+
+
+def _why_not_message(frame: Frame, kind: MessageClass, situation: Situation) -> str | None:
+    """Why a message that changes something is kept back; None if it passes."""
+    if kind is MessageClass.CHANGES:
+        return "nothing is changed while the companion flies"
+    if frame.message_id in _MISSION_ITEMS and _is_guided_item(frame):
+        return "only the companion steers (allow_commands)"
+    if not situation.armed:
+        return None
+    if kind is MessageClass.FILES and _operation(frame) in _FILE_OPERATIONS_THAT_READ:
+        return None
+    if kind is MessageClass.MISSION:
+        if decode(frame).mission_type not in (_FENCE, _ALL_KINDS):
+            return None
+        return "no fence is changed while the vehicle is armed"
+    if frame.message_id == MessageId.PARAM_SET:
+        return "no parameter is changed while the vehicle is armed"
+    return "nothing of that kind is changed while the vehicle is armed"
+
+
+def _refused_command(command: ClientCommand, situation: Situation) -> Refusal | None:
+    pauses = command.is_pause and situation.armed and not situation.pilot_flies
+    if pauses and situation.dialect.name in _PAUSE_BY_HANDING_OVER:
+        title = situation.dialect.title
+        instead = f"{title} does not heed it: choose mode brake, land or loiter instead"
+        return Refusal(command.name, instead, command.command_id, command.target, pauses=True)
+    why = _why_not_command(command, situation)
+    if why is None:
+        return None
+    return Refusal(command.name, why, command.command_id, command.target)
 
 
 def _why_not_command(command: ClientCommand, situation: Situation) -> str | None:
@@ -193,16 +171,11 @@ def _why_not_command(command: ClientCommand, situation: Situation) -> str | None
         return None
     if command_id == SET_MESSAGE_INTERVAL:
         return None  # whether it may depends on what the flight asked for: see stream_requests
-    if command_id == _DO_SET_MODE:
+    if command_id == DO_SET_MODE:
         return _why_not_mode(_wanted_mode(command, situation), situation)
-    if command_id == _ARM_DISARM:
+    if command_id == ARM_DISARM:
         return None if abs(first) < 0.5 else "the companion arms; disarming is always passed"
-    holds = (
-        (command_id in (_DO_PAUSE_CONTINUE, _OVERRIDE_GOTO) and first == 0.0)
-        # A ground station's "pause" on PX4 is to go nowhere else.
-        or (command_id == _DO_REPOSITION and not command.has_place)
-    )
-    if holds:
+    if command.is_pause:
         return None
     return "the companion flies; what lands, returns, holds or disarms is always passed"
 
@@ -242,3 +215,8 @@ def _is_for(frame: Frame, vehicle: Target) -> bool:
 def _is_guided_item(frame: Frame) -> bool:
     """True for ArduPilot's old way to send a place to fly to: `current` is 2 or 3."""
     return bool(decode(frame).current >= 2)
+
+
+def _operation(frame: Frame) -> int:
+    """What a FILE_TRANSFER_PROTOCOL asks for."""
+    return int(decode(frame).payload[_FILE_OPERATION_AT])

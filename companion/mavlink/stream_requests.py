@@ -5,9 +5,10 @@ the state a second would take the controller's hundred away.  And ArduPilot, ask
 REQUEST_DATA_STREAM, changes a whole group at once.
 """
 
+import math
 import struct
 
-from companion.mavlink.client_filter import SET_MESSAGE_INTERVAL, ClientCommand
+from companion.mavlink.client_command import SET_MESSAGE_INTERVAL, ClientCommand
 from companion.mavlink.codec import decode
 from companion.mavlink.commands import Result, message_interval
 from companion.mavlink.framing import Frame
@@ -17,6 +18,29 @@ REQUEST_DATA_STREAM = 66
 _LONG = struct.Struct("<7fHBBB")
 _LATE = 1.001
 """An interval may be rounded on its way through a float."""
+_NEVER_A_CLIENTS = frozenset(
+    {
+        MessageId.HEARTBEAT,
+        MessageId.PARAM_VALUE,
+        MessageId.COMMAND_ACK,
+        MessageId.TIMESYNC,
+        MessageId.STATUSTEXT,
+    }
+)
+"""They come by themselves, and without them the companion is blind: HEARTBEAT alone says whether
+the vehicle is armed."""
+_NO_SLOWER = frozenset(
+    {
+        MessageId.SYS_STATUS,
+        MessageId.ATTITUDE_QUATERNION,
+        MessageId.LOCAL_POSITION_NED,
+        MessageId.EKF_STATUS_REPORT,
+        MessageId.EXTENDED_SYS_STATE,
+        MessageId.ODOMETRY,
+        MessageId.CURRENT_MODE,
+    }
+)
+"""What a flight asks for; until it has, nobody stops it."""
 _EVERYTHING = 0
 _GROUPS: dict[int, tuple[int, ...]] = {
     1: (27, 29),
@@ -56,10 +80,15 @@ class StreamRequests:
         """
         if command.command_id != SET_MESSAGE_INTERVAL:
             return None
-        ours = self._ours_us.get(int(command.params[0]))
+        wanted, interval_us = command.params[:2]
+        if not wanted.is_integer():
+            return Result.DENIED  # PX4 and ArduPilot round it differently
+        if wanted in _NEVER_A_CLIENTS or math.isnan(interval_us):
+            return Result.DENIED
+        ours = self._ours_us.get(int(wanted))
         if ours is None:
-            return None
-        return Result.ACCEPTED if command.params[1] * _LATE >= ours else Result.DENIED
+            return Result.DENIED if wanted in _NO_SLOWER and interval_us < 0.0 else None
+        return Result.ACCEPTED if interval_us * _LATE >= ours else Result.DENIED
 
     def translate(self, frame: Frame, vehicle: Target) -> list[Outgoing]:
         """A REQUEST_DATA_STREAM as intervals of the messages that the flight does not need.

@@ -43,6 +43,11 @@ def boot_time_s(frame: Frame) -> float:
     return float(tc1 or ts1) * 1e-9
 
 
+def is_answer(frame: Frame) -> bool:
+    """True if a TIMESYNC answers a question, instead of asking one."""
+    return bool(_WIRE.unpack_from(frame.payload.ljust(_WIRE.size, b"\0"))[0])
+
+
 class _Sample(NamedTuple):
     middle_s: float
     """Our time half-way between request and answer."""

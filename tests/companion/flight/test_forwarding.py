@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import math
 import socket
 
 import pytest
@@ -13,7 +14,7 @@ from companion.flight.forwarding import Forwarder
 from companion.link.link import LinkError
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, decode, encode
-from companion.mavlink.commands import arm, disarm, message_interval
+from companion.mavlink.commands import Command, arm, disarm, message_interval
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import (
     COMPONENT_TRUTH,
@@ -104,7 +105,14 @@ class Stage:
             endpoints,
             lambda severity, text: self.told.append((severity, text)),
             lambda: self.pilot_flies,
+            self.pause,
         )
+        self.paused = 0
+        self.can_pause = True
+
+    def pause(self):
+        self.paused += self.can_pause
+        return self.can_pause
 
     def port(self, index=0):
         return self.forwarder.endpoints[index].clients.local[1]
@@ -286,6 +294,102 @@ async def test_a_parameter_set_in_flight_is_answered_with_what_it_stays():
         assert asked.get_type() == "PARAM_REQUEST_READ"
         assert (asked.param_id, asked.param_index) == ("COM_OF_LOSS_T", -1)
         assert "PARAM_SET" not in stage.vehicle.heard()
+
+
+def file_operation(operation):
+    payload = bytearray(251)
+    payload[:5] = b"\x07\x00\x03" + bytes((operation, 20))
+    return encode(
+        "FILE_TRANSFER_PROTOCOL",
+        target_network=0, target_system=1, target_component=1, payload=list(payload),
+    )  # fmt: skip
+
+
+async def test_a_file_that_would_be_written_in_flight_is_answered_with_a_nak():
+    async with on_stage() as stage, client_of(stage) as client:
+        client.say(file_operation(6), file_operation(4))
+        await until(lambda: "FILE_TRANSFER_PROTOCOL" in client.names())
+
+        (answer,) = [frame for frame in client.frames if frame.message_id == 110]
+        assert (answer.system_id, answer.component_id) == VEHICLE
+        nak = decode(answer)
+        assert (nak.target_system, nak.target_component) == (255, 190)
+        # Sequence 8, session 3, NAK, one byte, of "create", which says "file protected".
+        assert list(nak.payload[:6]) == [8, 0, 3, 129, 1, 6]
+        assert nak.payload[12] == 9
+        assert stage.vehicle.heard().count("FILE_TRANSFER_PROTOCOL") == 1
+
+
+async def test_a_fence_that_would_be_uploaded_in_flight_is_answered_by_the_missions_service():
+    fence = encode("MISSION_COUNT", target_system=1, target_component=1, count=4, mission_type=1)
+    async with on_stage() as stage, client_of(stage) as client:
+        client.say(fence)
+        await until(lambda: "MISSION_ACK" in client.names())
+
+        ack = decode(client.frames[-1])
+        assert (ack.target_system, ack.target_component) == (255, 190)
+        assert (ack.type, ack.mission_type) == (14, 1)
+        assert "MISSION_COUNT" not in stage.vehicle.heard()
+
+
+async def test_an_extended_parameter_is_denied_in_flight():
+    wanted = encode(
+        "PARAM_EXT_SET",
+        target_system=1, target_component=1, param_id=b"SPEED", param_value=b"7", param_type=9,
+    )  # fmt: skip
+    async with on_stage() as stage, client_of(stage) as client:
+        client.say(wanted)
+        await until(lambda: "PARAM_EXT_ACK" in client.names())
+
+        ack = decode(client.frames[-1])
+        assert (ack.param_id, ack.param_value, ack.param_type) == ("SPEED", "7", 9)
+        assert ack.param_result == 3
+
+
+async def test_the_vehicle_hears_of_one_clock_alone():
+    question = encode("TIMESYNC", tc1=0, ts1=5)
+    answer = encode("TIMESYNC", tc1=77, ts1=5)
+    async with on_stage() as stage, client_of(stage) as client:
+        stage.pilot_flies = True
+        client.say(answer, question)
+        await until(lambda: "TIMESYNC" in stage.vehicle.heard())
+
+        (passed,) = [f for f in stage.vehicle.frames if f.message_id == 111]
+        assert decode(passed).tc1 == 0
+        assert not stage.forwarder.refused, "nobody needs to know"
+
+
+PAUSES = [
+    Command(193, VEHICLE, (0.0,) * 7),
+    Command(252, VEHICLE, (0.0,) * 7),
+    Command(192, VEHICLE, (-1.0, 1.0, 0.0, *[math.nan] * 4)),
+]
+
+
+@pytest.mark.parametrize("command", PAUSES)
+async def test_a_pause_that_ardupilot_would_deny_is_the_companions_own_hand_over(command):
+    async with on_stage(autopilot=3) as stage, client_of(stage) as client:
+        client.say(command.as_long())
+        await until(client.acks)
+
+        assert client.acks() == [(command.command_id, 0)]
+        assert stage.paused == 1
+        assert "COMMAND_LONG" not in stage.vehicle.heard()
+
+        stage.can_pause = False
+        client.say(command.as_long())
+        await until(lambda: len(client.acks()) == 2)
+        assert client.acks()[1] == (command.command_id, 2)
+        assert any("choose mode brake, land or loiter" in text for _, text in stage.told)
+
+
+async def test_a_client_cannot_blind_the_companion():
+    async with on_stage(autopilot=3) as stage, client_of(stage) as client:
+        client.say(message_interval(VEHICLE, 0, None).as_long())
+        await until(client.acks)
+
+        assert client.acks() == [(511, 2)]
+        assert "COMMAND_LONG" not in stage.vehicle.heard()
 
 
 async def test_a_client_cannot_slow_down_what_the_flight_needs():

@@ -4,13 +4,15 @@ import math
 
 import pytest
 
+from companion.mavlink import message_classes
 from companion.mavlink.client_filter import Situation, judge
 from companion.mavlink.codec import Packer, decode, encode
 from companion.mavlink.commands import Result
-from companion.mavlink.dialect import MAVLink, message_class
+from companion.mavlink.dialect import MESSAGE_CLASSES, MAVLink, message_class
 from companion.mavlink.dialects.ardupilot import ArduPilot
 from companion.mavlink.dialects.px4 import Px4
-from companion.mavlink.framing import Framer
+from companion.mavlink.framing import Frame, Framer
+from companion.mavlink.message_classes import STATED_IDS, MessageClass, class_of
 from companion.mavlink.messages import Outgoing, Target
 
 VEHICLE = Target(1, 1)
@@ -39,13 +41,13 @@ def long(command, *params, system=1, component=1):
     )  # fmt: skip
 
 
-def integer(command, *params, x=0, y=0, system=1):
+def integer(command, *params, x=0, y=0, z=0.0, system=1):
     p = [*params, *[0.0] * (4 - len(params))]
     return frame(
         encode(
             "COMMAND_INT",
             target_system=system, target_component=1, frame=0, command=command, current=0,
-            autocontinue=0, param1=p[0], param2=p[1], param3=p[2], param4=p[3], x=x, y=y, z=0.0,
+            autocontinue=0, param1=p[0], param2=p[1], param3=p[2], param4=p[3], x=x, y=y, z=z,
         )
     )  # fmt: skip
 
@@ -71,6 +73,8 @@ SETPOINTS = [
 ]  # fmt: skip
 POSES = [
     "VISION_POSITION_ESTIMATE", "VICON_POSITION_ESTIMATE", "ATT_POS_MOCAP", "ODOMETRY",
+    "VISION_POSITION_DELTA", "VISION_SPEED_ESTIMATE", "OBSTACLE_DISTANCE",
+    "OBSTACLE_DISTANCE_3D", "GLOBAL_POSITION_SENSOR", "RANGING_BEACON", "AIRSPEED",
     "GPS_INPUT", "HIL_GPS", "HIL_SENSOR", "HIL_STATE_QUATERNION",
 ]  # fmt: skip
 STICKS = ["MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE"]
@@ -211,9 +215,35 @@ def test_what_starts_steers_or_is_unknown_does_not_pass(make, command, param1):
 def test_a_ground_stations_pause_passes_and_its_go_to_does_not():
     nan = math.nan
     assert judge(long(192, -1.0, 1.0, 0.0, nan, nan, nan, nan), situation()) is None
-    assert judge(integer(192, -1.0, 1.0, x=NOWHERE, y=NOWHERE), situation()) is None
+    assert judge(integer(192, -1.0, 1.0, x=NOWHERE, y=NOWHERE, z=nan), situation()) is None
     assert judge(long(192, -1.0, 1.0, 0.0, nan, 47.4, 8.5, nan), situation()) is not None
     assert judge(integer(192, -1.0, 1.0, x=474_000_000, y=85_000_000), situation()) is not None
+
+
+def test_to_go_to_another_height_is_no_pause():
+    nan = math.nan
+    assert judge(long(192, -1.0, 1.0, 0.0, nan, nan, nan, 500.0), situation()) is not None
+    assert judge(integer(192, -1.0, 1.0, x=NOWHERE, y=NOWHERE, z=500.0), situation()) is not None
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        long(193, 0.0),
+        long(252, 0.0),
+        long(192, -1.0, 1.0, 0.0, math.nan, math.nan, math.nan, math.nan),
+        integer(192, -1.0, 1.0, x=NOWHERE, y=NOWHERE, z=math.nan),
+    ],
+)
+def test_a_pause_that_ardupilot_would_not_heed_is_for_the_companion_to_make(said):
+    for allowed in (situation(ArduPilot()), situation(ArduPilot(), allow_commands=True)):
+        refusal = judge(said, allowed)
+        assert refusal.pauses
+        assert "brake" in refusal.why
+        assert refusal.command_id in (192, 193, 252)
+    assert judge(said, situation(ArduPilot(), pilot_flies=True)) is None
+    assert judge(said, situation(ArduPilot(), armed=False)) is None
+    assert judge(said, situation()) is None
 
 
 def test_naming_another_component_is_no_way_around():
@@ -231,7 +261,10 @@ def test_parameters_are_set_on_the_ground_only():
     assert judge(plain("PARAM_REQUEST_LIST", target_system=1), situation()) is None
 
 
-@pytest.mark.parametrize("name", ["SET_GPS_GLOBAL_ORIGIN", "SET_HOME_POSITION", "SERIAL_CONTROL"])
+@pytest.mark.parametrize(
+    "name",
+    ["SET_GPS_GLOBAL_ORIGIN", "SET_HOME_POSITION", "SERIAL_CONTROL", "RADIO_STATUS", "RADIO"],
+)
 def test_what_moves_the_ground_under_the_flight_does_not_pass(name):
     assert judge(plain(name), situation(armed=False)) is not None
     assert judge(plain(name), situation(allow_commands=True)) is None
@@ -244,6 +277,71 @@ def test_a_mission_may_be_uploaded_but_no_place_to_fly_to():
         assert judge(plain(name, **item, current=2), situation()) is not None
         assert judge(plain(name, **item, current=3), situation()) is not None
     assert judge(plain("MISSION_COUNT", **item), situation()) is None
+
+
+def file_operation(code):
+    payload = bytearray(251)
+    payload[0:2], payload[2], payload[3], payload[4] = b"\x07\x00", 3, code, 20
+    return frame(
+        encode(
+            "FILE_TRANSFER_PROTOCOL",
+            target_network=0, target_system=1, target_component=1, payload=list(payload),
+        )
+    )  # fmt: skip
+
+
+def only_in_flight(said, **facts):
+    """True if it is kept back in flight, and then alone."""
+    assert judge(said, situation(armed=False, **facts)) is None
+    assert judge(said, situation(allow_commands=True, **facts)) is None
+    assert judge(said, situation(pilot_flies=True, **facts)) is None
+    return judge(said, situation(**facts)) is not None
+
+
+def test_files_are_read_in_flight_and_not_written():
+    reads = [code for code in range(256) if not only_in_flight(file_operation(code))]
+
+    assert reads == [0, 1, 2, 3, 4, 5, 14, 15]
+
+
+@pytest.mark.parametrize("kind", ["MISSION_COUNT", "MISSION_CLEAR_ALL",
+                                  "MISSION_WRITE_PARTIAL_LIST", "MISSION_ITEM_INT"])  # fmt: skip
+def test_the_fence_stays_in_flight(kind):
+    item = {"target_system": 1, "target_component": 1}
+
+    assert only_in_flight(plain(kind, **item, mission_type=1))
+    assert only_in_flight(plain(kind, **item, mission_type=255))
+    assert not only_in_flight(plain(kind, **item, mission_type=0))
+    assert only_in_flight(plain("FENCE_POINT", **item))
+
+
+@pytest.mark.parametrize(
+    "name", ["DEVICE_OP_WRITE", "CAN_FRAME", "CANFD_FRAME", "PARAM_EXT_SET", "SECURE_COMMAND",
+             "BATTERY_STATUS", "TUNNEL", "LOG_ERASE"],
+)  # fmt: skip
+def test_no_way_around_lets_a_client_change_an_armed_vehicle(name):
+    assert only_in_flight(plain(name))
+
+
+@pytest.mark.parametrize("message_id", sorted(MESSAGE_CLASSES))
+def test_every_message_of_the_dialect_has_a_stated_class(message_id):
+    assert message_id in STATED_IDS
+
+
+def test_no_message_is_in_two_classes():
+    groups = [
+        getattr(message_classes, name)
+        for name in ("_SETPOINTS", "_ESTIMATES", "_CHANGES", "_CHANGES_IN_FLIGHT",
+                     "_QUESTIONS_AND_ANSWERS", "_CAMERAS_AND_GIMBALS", "_TRAFFIC", "_REPORTS")
+    ]  # fmt: skip
+    assert sum(len(group) for group in groups) == len({i for group in groups for i in group})
+
+
+def test_a_message_that_nobody_knows_is_kept_back_in_flight():
+    unknown = Frame(b"\xfd" + bytes(11), 2, 54321, 255, 190, 0, False)
+
+    assert class_of(54321) is MessageClass.CHANGES_IN_FLIGHT
+    assert only_in_flight(unknown)
 
 
 def test_nobody_changes_the_signing_key_over_an_endpoint():

@@ -1,6 +1,8 @@
+import math
+
 import pytest
 
-from companion.mavlink.client_filter import read_command
+from companion.mavlink.client_command import ClientCommand, read_command
 from companion.mavlink.codec import Packer, encode
 from companion.mavlink.commands import Result, message_interval
 from companion.mavlink.framing import Framer
@@ -43,6 +45,27 @@ def test_a_client_has_what_comes_anyway_and_changes_none_of_it(
     requests, message_id, interval_s, answer
 ):
     assert requests.answer(asks(message_id, interval_s)) is answer
+
+
+@pytest.mark.parametrize("message_id", [0, 22, 77, 111, 253])
+@pytest.mark.parametrize("interval_s", [None, 0.0, 0.5, 1.0, 10.0])
+def test_no_client_touches_what_comes_by_itself(requests, message_id, interval_s):
+    """-1 for HEARTBEAT would leave the companion without a word of armed or not."""
+    assert requests.answer(asks(message_id, interval_s)) is Result.DENIED
+    assert StreamRequests().answer(asks(message_id, interval_s)) is Result.DENIED
+
+
+@pytest.mark.parametrize("message_id", [1, 31, 32, 193, 245, 331, 436])
+def test_what_a_flight_will_ask_for_is_not_stopped_before_it_does(message_id):
+    assert StreamRequests().answer(asks(message_id, None)) is Result.DENIED
+    assert StreamRequests().answer(asks(message_id, 0.1)) is None
+
+
+@pytest.mark.parametrize("wanted", [0.4, -0.4, 30.6, math.nan, math.inf])
+def test_a_message_that_is_not_named_by_a_whole_number_is_nobodys(requests, wanted):
+    command = ClientCommand(511, VEHICLE, (wanted, -1.0, 0.0, 0.0), has_place=False)
+
+    assert requests.answer(command) is Result.DENIED
 
 
 def test_other_commands_are_not_answered(requests):
