@@ -45,14 +45,22 @@ class Signing:
         ValueError: the key has another length.
     """
 
-    __slots__ = ("_accepted_unsigned", "_key", "_newest", "_newest_of", "_unix_s", "rejected")
+    __slots__ = (
+        "_accepted_unsigned",
+        "_key",
+        "_last_key",
+        "_newest",
+        "_newest_of",
+        "_unix_s",
+        "rejected",
+    )
 
     def __init__(
         self, key: bytes | None, unix_s: Callable[[], float], accepted_unsigned: Set[int]
     ) -> None:
         if key is not None and len(key) != KEY_BYTES:
             raise ValueError(f"a signing key has {KEY_BYTES} bytes, not {len(key)}")
-        self._key = key
+        self._key = self._last_key = key
         self._unix_s = unix_s
         self._accepted_unsigned = accepted_unsigned
         self._newest = 0
@@ -66,7 +74,13 @@ class Signing:
         return self._key
 
     def set_up(self, key: bytes | None, stamp: int) -> None:
-        """Take another key, or None to sign no more; stamps go on from this one."""
+        """Take another key, or None to sign no more; stamps go on from this one.
+
+        What was signed with another key cannot be sent again, so nothing need be remembered of it.
+        """
+        if key is not None and key != self._last_key:
+            self._newest_of.clear()
+            self._last_key = key
         self._key = key
         self._newest = min(stamp, _LARGEST_STAMP)
 

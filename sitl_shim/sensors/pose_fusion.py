@@ -3,7 +3,9 @@
 Per axis a position, a velocity and an error of the acceleration (what tilt error and accelerometer
 bias make together) are carried on by the measured acceleration and corrected by each pose, with
 the steady Kalman gains of PX4's default noise figures.  A pose is compared with what was estimated
-at its own time, so that a late pose costs accuracy but no bias.  Yaw is corrected in the same way.
+at its own time and corrects that, and what follows from it until now: a late pose costs accuracy
+but neither bias nor stability.  Yaw is corrected in the same way.  The horizontal position and the
+height are judged apart, and the height only counts where it is asked for.
 
 Sources: EKF2's parameters (docs.px4.io/main/en/advanced_config/parameter_reference.html, EKF2_*),
 and how it starts, stops, resets and gives up (docs.px4.io/main/en/advanced_config/
@@ -34,6 +36,10 @@ _GATE = 5.0
 """In standard deviations of the innovation: EKF2_EVP_GATE's default."""
 _GIVES_IN_AFTER_S = 1.0
 """After this long of nothing but rejected poses the estimate is set to what they say."""
+_FARTHEST_M = 1e6
+"""EKF2 keeps its position within this: a pose farther away is no pose."""
+_FASTEST_M_S = 100.0
+"""EKF2 keeps its velocity within this (EKF2_VEL_LIM)."""
 
 
 class PoseFusion:
@@ -47,6 +53,7 @@ class PoseFusion:
         "_fused_s",
         "_gains",
         "_gains_key",
+        "_height_fused_s",
         "_past",
         "_previous",
         "_taken_s",
@@ -76,6 +83,7 @@ class PoseFusion:
         self._previous: ExternalPose | None = None
         self._taken_s = -1e9
         self._fused_s = -1e9
+        self._height_fused_s = -1e9
         self._past: deque[tuple[float, Vector3, float]] = deque(maxlen=_REMEMBERED)
         self._gains = (0.0, 0.0, 0.0)
         self._gains_key = (0.0, 0.0)
@@ -129,19 +137,23 @@ class PoseFusion:
         then = self._then(time_s)
         if previous is None or then is None:
             return
-        heading = then[2]
+        anew = pose.reset_counter != previous.reset_counter
         if not self.fusing:
             if interval_s > _LONGEST_INTERVAL_S:
                 return
-            self.fusing = True
+            self.fusing = anew = True
             if now_s - self._fused_s > _GIVES_IN_AFTER_S:
-                self.velocity = self._velocity_between(previous, pose, aiding, heading)
-            self._set_to(pose, aiding, then, now_s)
+                self.velocity = self._velocity_between(previous, pose, aiding, then[2])
+        if anew:
+            if aiding.pose_yaw:
+                yaw = euler_from_quaternion(pose.attitude_flu_to_enu)[2]
+                self.yaw_correction_rad = wrap_angle_rad(yaw - then[2])
+            x, y, z = self._innovation(pose, aiding, then)
+            self._set_horizontal(x, y, now_s)
+            if aiding.pose_height:
+                self._set_height(z, now_s)
             return
-        if pose.reset_counter != previous.reset_counter:
-            self._set_to(pose, aiding, then, now_s)
-            return
-        self._correct(pose, aiding, then[1], heading, min(interval_s, _LONGEST_INTERVAL_S), now_s)
+        self._correct(pose, aiding, then, min(interval_s, _LONGEST_INTERVAL_S), now_s)
 
     def _then(self, time_s: float) -> tuple[float, Vector3, float] | None:
         """The estimate at a time; None if that is forgotten.  The future counts as now."""
@@ -153,35 +165,58 @@ class PoseFusion:
                 return entry
         return past[0]
 
-    def _set_to(
-        self,
-        pose: ExternalPose,
-        aiding: Aiding,
-        then: tuple[float, Vector3, float],
-        now_s: float,
-    ) -> None:
+    def _innovation(
+        self, pose: ExternalPose, aiding: Aiding, then: tuple[float, Vector3, float]
+    ) -> Vector3:
+        """How far the pose lies from the estimate of its time."""
+        _, (x, y, z), heading = then
+        u, v, w = self._in_our_frame(pose, aiding, heading)
+        return (u - x, v - y, w - z)
+
+    def _set_horizontal(self, x: float, y: float, now_s: float) -> None:
         """Start anew from a pose, keeping what has been flown since it was taken."""
-        if aiding.pose_yaw:
-            yaw = euler_from_quaternion(pose.attitude_flu_to_enu)[2]
-            self.yaw_correction_rad = wrap_angle_rad(yaw - then[2])
-        measured = self._in_our_frame(pose, aiding, then[2])
-        moved = self.position
-        self.position = (
-            measured[0] + moved[0] - then[1][0],
-            measured[1] + moved[1] - then[1][1],
-            measured[2] + moved[2] - then[1][2],
-        )
-        shift = (measured[0] - then[1][0], measured[1] - then[1][1], measured[2] - then[1][2])
-        self._past = deque(
-            (
-                (t, (x + shift[0], y + shift[1], z + shift[2]), heading)
-                for t, (x, y, z), heading in self._past
-            ),
-            maxlen=_REMEMBERED,
-        )
+        self._move_since(0.0, (x, y, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), now_s)
         self.started = True
         self.resets += 1
         self._fused_s = now_s
+
+    def _set_height(self, z: float, now_s: float) -> None:
+        """The same with the height."""
+        self._move_since(0.0, (0.0, 0.0, z), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), now_s)
+        self._height_fused_s = now_s
+
+    def _move_since(
+        self,
+        time_s: float,
+        position: Vector3,
+        velocity: Vector3,
+        acceleration: Vector3,
+        now_s: float,
+    ) -> None:
+        """Correct the estimate at a time, and with it all estimates of later times."""
+        (dx, dy, dz), (du, dv, dw), (da, db, dc) = position, velocity, acceleration
+        moved: deque[tuple[float, Vector3, float]] = deque(maxlen=_REMEMBERED)
+        for at_s, (x, y, z), heading in self._past:
+            t = max(0.0, at_s - time_s)
+            h = 0.5 * t * t
+            there = (x + dx + du * t + da * h, y + dy + dv * t + db * h, z + dz + dw * t + dc * h)
+            moved.append((at_s, there, heading))
+        self._past = moved
+        t = max(0.0, now_s - time_s)
+        h = 0.5 * t * t
+        (x, y, z), (u, v, w) = self.position, self.velocity
+        self.position = (
+            _within(x + dx + du * t + da * h, _FARTHEST_M),
+            _within(y + dy + dv * t + db * h, _FARTHEST_M),
+            _within(z + dz + dw * t + dc * h, _FARTHEST_M),
+        )
+        self.velocity = (
+            _within(u + du + da * t, _FASTEST_M_S),
+            _within(v + dv + db * t, _FASTEST_M_S),
+            _within(w + dw + dc * t, _FASTEST_M_S),
+        )
+        a, b, c = self._acceleration_error
+        self._acceleration_error = (a - da, b - db, c - dc)
 
     def _velocity_between(
         self, before: ExternalPose, after: ExternalPose, aiding: Aiding, heading: float
@@ -192,7 +227,11 @@ class PoseFusion:
             return (0.0, 0.0, 0.0)
         x, y, z = self._in_our_frame(before, aiding, heading)
         u, v, w = self._in_our_frame(after, aiding, heading)
-        return ((u - x) / passed_s, (v - y) / passed_s, (w - z) / passed_s)
+        return (
+            _within((u - x) / passed_s, _FASTEST_M_S),
+            _within((v - y) / passed_s, _FASTEST_M_S),
+            _within((w - z) / passed_s, _FASTEST_M_S),
+        )
 
     def _in_our_frame(self, pose: ExternalPose, aiding: Aiding, heading: float) -> Vector3:
         """Its position; turned by the headings' difference if its yaw is not to be believed."""
@@ -208,8 +247,7 @@ class PoseFusion:
         self,
         pose: ExternalPose,
         aiding: Aiding,
-        expected: Vector3,
-        heading: float,
+        then: tuple[float, Vector3, float],
         interval_s: float,
         now_s: float,
     ) -> None:
@@ -217,26 +255,44 @@ class PoseFusion:
         if aiding.noise_of_message:
             sigma = _at_least(sigma, pose.position_variance_m2)
             yaw_sigma = _at_least(yaw_sigma, pose.yaw_variance_rad2)
-        mx, my, mz = self._in_our_frame(pose, aiding, heading)
-        ix, iy, iz = mx - expected[0], my - expected[1], mz - expected[2]
-        if max(abs(ix), abs(iy), abs(iz)) > _GATE * 1.4 * sigma:
+        x, y, z = self._innovation(pose, aiding, then)
+        gate = _GATE * 1.4 * sigma
+        if max(abs(x), abs(y)) > gate:
             if now_s - self._fused_s > _GIVES_IN_AFTER_S:
-                self._set_to(pose, aiding, (now_s, expected, heading), now_s)
+                self._set_horizontal(x, y, now_s)
+            x = y = 0.0
+        else:
+            self._fused_s = now_s
+            if aiding.pose_yaw:
+                self._correct_yaw(pose, then[2], yaw_sigma, interval_s)
+        if not aiding.pose_height:
+            z = 0.0
+        elif abs(z) > gate:
+            if now_s - self._height_fused_s > _GIVES_IN_AFTER_S:
+                self._set_height(z, now_s)
+            z = 0.0
+        else:
+            self._height_fused_s = now_s
+        if x == y == z == 0.0:
             return
         self._tune(sigma, interval_s)
         k1, k2, k3 = self._gains
         k1, k2, k3 = k1 * interval_s, k2 * interval_s, k3 * interval_s
-        (x, y, z), (u, v, w) = self.position, self.velocity
-        a, b, c = self._acceleration_error
-        self.position = (x + k1 * ix, y + k1 * iy, z + k1 * iz)
-        self.velocity = (u + k2 * ix, v + k2 * iy, w + k2 * iz)
-        self._acceleration_error = (a - k3 * ix, b - k3 * iy, c - k3 * iz)
-        if aiding.pose_yaw:
-            yaw = euler_from_quaternion(pose.attitude_flu_to_enu)[2]
-            error = wrap_angle_rad(yaw - heading - self.yaw_correction_rad)
-            gain = _GYRO_NOISE_RAD_S * sqrt(_FILTER_STEP_S * interval_s) / yaw_sigma
-            self.yaw_correction_rad += min(1.0, gain) * error
-        self._fused_s = now_s
+        self._move_since(
+            then[0],
+            (k1 * x, k1 * y, k1 * z),
+            (k2 * x, k2 * y, k2 * z),
+            (k3 * x, k3 * y, k3 * z),
+            now_s,
+        )
+
+    def _correct_yaw(
+        self, pose: ExternalPose, heading: float, sigma_rad: float, interval_s: float
+    ) -> None:
+        yaw = euler_from_quaternion(pose.attitude_flu_to_enu)[2]
+        error = wrap_angle_rad(yaw - heading - self.yaw_correction_rad)
+        gain = _GYRO_NOISE_RAD_S * sqrt(_FILTER_STEP_S * interval_s) / sigma_rad
+        self.yaw_correction_rad += min(1.0, gain) * error
 
     def _tune(self, sigma_m: float, interval_s: float) -> None:
         """Steady Kalman gains of a triple integrator, per second of time between poses.
@@ -260,10 +316,15 @@ class PoseFusion:
 
 
 def _usable(pose: ExternalPose, aiding: Aiding) -> bool:
-    numbers = (*pose.position_enu_m, *pose.attitude_flu_to_enu)
-    return all(map(isfinite, numbers)) and (
-        aiding.least_quality <= 0 or pose.quality >= aiding.least_quality
+    return (
+        all(abs(coordinate) <= _FARTHEST_M for coordinate in pose.position_enu_m)
+        and all(map(isfinite, pose.attitude_flu_to_enu))
+        and (aiding.least_quality <= 0 or pose.quality >= aiding.least_quality)
     )
+
+
+def _within(value: float, limit: float) -> float:
+    return max(-limit, min(limit, value))
 
 
 def _at_least(sigma: float, variance: float) -> float:
