@@ -46,6 +46,7 @@ class Authority:
         """In flight: these modes are ours, and setpoints flow if `streaming`."""
         self._modes = modes
         self.handed_over = False
+        self._stream.handing_over.ours = True
         self._streaming = streaming
         self._restarts = self._connection.restarts
         self._landing = False
@@ -64,6 +65,7 @@ class Authority:
         """The companion flies no more, until it expects a mode again."""
         self.rest()
         self.handed_over = True
+        self._stream.handing_over.ours = False
 
     def _interruption(self) -> Exception | None:
         stream, connection = self._stream, self._connection
@@ -86,6 +88,10 @@ class Authority:
             )
             stream.stop(reason)
             return HandedOverError(reason)
+        blind = connection.blind_because
+        if blind:
+            stream.hand_over(blind)
+            return HandedOverError(blind)
         command = self._inbox.take()
         if command is PilotCommand.ABORT:
             return HandedOverError(f"{_ABORTED}: {self._after_abort()}")

@@ -26,6 +26,8 @@ class HandingOver:
         self._connection = connection
         self._voice = voice
         self._task: asyncio.Task[None] | None = None
+        self.ours = False
+        """True while the companion flies the vehicle: another's is not given to anybody."""
 
     @property
     def possible(self) -> bool:
@@ -36,6 +38,7 @@ class HandingOver:
         connection = self._connection
         return (
             self._task is None
+            and self.ours
             and connection.dialect_known
             and bool(connection.dialect.hand_over.modes)
             and connection.reports.armed

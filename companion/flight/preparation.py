@@ -3,10 +3,12 @@
 Whatever is wrong here refuses the flight.
 """
 
+from companion.flight.before_arming import used_by_others
 from companion.flight.crew import Flight, FlightScope
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
 from companion.flight.inbox import PilotCommand
 from companion.flight.readiness import become_ready, last_texts
+from companion.flight.reports import LANDED_IN_AIR, LANDED_TAKING_OFF
 from companion.flight.setpoint_stream import LONGEST_PAUSE_S
 from companion.flight.stream_rates import measure_streams
 from companion.mavlink.commands import disarm
@@ -16,6 +18,7 @@ from companion.mavlink.exchange import Verdict
 _MOST_RESTARTS = 5
 _TEXTS_FOLLOW_S = 0.5
 """ArduPilot denies arming first, and then says why."""
+_FLYING = (LANDED_IN_AIR, LANDED_TAKING_OFF)
 _COVERED_WITHIN_S = 0.06
 _SAME_HEIGHT_M = 0.05
 
@@ -65,10 +68,12 @@ async def _prepare_once(flight: Flight) -> None:
     connection, mission = flight.connection, flight.mission
     restarts = connection.restarts
 
+    mode: str | None = None
+
     def interruption() -> Exception | None:
         if connection.restarts > restarts:
             return _RestartedError()
-        return _stopped_by_command(flight)
+        return used_by_others(flight, mode) or _blind(flight) or _stopped_by_command(flight)
 
     connection.waiting.interruption = interruption
     wait_s = mission.timeouts.connect_s
@@ -77,7 +82,7 @@ async def _prepare_once(flight: Flight) -> None:
         wait_s,
         lambda: f"The autopilot restarted, and then no HEARTBEAT came within {wait_s:g} s.",
     )
-    _check_armed(flight)
+    _check_in_air(flight)
     await connection.request_streams(mission.state_rate_hz)
     at_once = connection.dialect.state_before_position
     await connection.waiting.until(
@@ -98,9 +103,38 @@ async def _prepare_once(flight: Flight) -> None:
     if flight.mocap is not None:
         await flight.mocap.wait_for_poses(connection, wait_s)
     await become_ready(flight)
+    mode = connection.mode  # from now on nothing but arming may change it
     if not measured:
         await measure_streams(flight)
     await flight.backend.become_ready(mission.timeouts.ready_s)
+    if flight.scope is FlightScope.WHOLE:
+        await _hear_once_more(flight, wait_s)
+
+
+def _blind(flight: Flight) -> Exception | None:
+    """Why the flight is refused if heartbeats have stopped; None if they have not."""
+    blind = flight.connection.blind_because
+    if not blind:
+        return None
+    return FlightRefusedError(
+        f"In preparation {blind}. Look for a program that has set the message's interval "
+        "(SET_MESSAGE_INTERVAL of message 0), and restart the autopilot."
+    )
+
+
+async def _hear_once_more(flight: Flight, wait_s: float) -> None:
+    """Wait for a HEARTBEAT, the only report that tells armed: arming follows it at once.
+
+    Raises:
+        FlightRefusedError: somebody else has armed it, or chosen another mode.
+    """
+    reports = flight.connection.reports
+    heard = reports.heartbeats
+    await flight.connection.waiting.until(
+        lambda: reports.heartbeats > heard,
+        wait_s,
+        lambda: f"No HEARTBEAT of the autopilot came within {wait_s:g} s.",
+    )
 
 
 async def _learn(flight: Flight) -> None:
@@ -143,6 +177,10 @@ async def arm_vehicle(flight: Flight) -> None:
     if flight.mocap is not None:
         flight.mocap.check()
     flight.voice.phase("arm")
+    mode = connection.mode
+    others = used_by_others(flight)
+    if others is not None:
+        raise others
     exchange = await flight.backend.arm()
     if exchange.verdict is Verdict.REFUSED:
         await connection.waiting.pause(_TEXTS_FOLLOW_S)
@@ -166,6 +204,12 @@ async def arm_vehicle(flight: Flight) -> None:
             f"The autopilot did not arm: {exchange.explanation}, and {error}. It was told to "
             "disarm again." + last_texts(flight)
         ) from error
+    if connection.mode != mode or connection.reports.landed_state in _FLYING:
+        # Armed is armed, whoever did it: an autopilot accepts arming also while it is.
+        raise FlightAbortedError(
+            f"While the companion armed, somebody else began to fly: mode {connection.mode}, "
+            f"before it {mode}. The vehicle is left to them."
+        )
 
 
 def _stopped_by_command(flight: Flight) -> Exception | None:
@@ -214,18 +258,12 @@ def _check_kind(flight: Flight) -> None:
         )
 
 
-def _check_armed(flight: Flight) -> None:
-    """Before a flight it is as the scope says: the companion takes over none that it may not."""
+def _check_in_air(flight: Flight) -> None:
+    """What is to be taken over in the air is there."""
     connection = flight.connection
-    if flight.scope is FlightScope.AIRBORNE:
-        if not connection.reports.armed:
-            raise FlightRefusedError(
-                f"The vehicle is not armed (mode {connection.mode}): it does not hold in the air."
-            )
-    elif connection.reports.armed:
+    if flight.scope is FlightScope.AIRBORNE and not connection.reports.armed:
         raise FlightRefusedError(
-            f"The vehicle is armed already (mode {connection.mode}). The companion takes over no "
-            "flight that it did not start: land and disarm, then start again."
+            f"The vehicle is not armed (mode {connection.mode}): it does not hold in the air."
         )
 
 

@@ -2,15 +2,14 @@
 
 import asyncio
 
+from companion.flight.before_arming import ModeKeeper
 from companion.flight.connection import Connection
 from companion.flight.crew import Flight, FlightScope
-from companion.flight.errors import FlightAbortedError, FlightRefusedError
+from companion.flight.errors import FlightAbortedError
 from companion.flight.ground_stream import OnlyTheMode, stand_in_setpoint_mode
 from companion.mavlink.exchange import Verdict
 from companion.mavlink.messages import MessageId
 
-_MOST_REQUESTS = 10
-"""For the mode before arming: who overwrites it as often means it."""
 _BETWEEN_REQUESTS_S = 1.0
 _SILENT_S = 5.0
 """Reports that come five times a second have stopped by then: the autopilot was restarted, or
@@ -63,7 +62,7 @@ async def become_ready(flight: Flight) -> None:
 
     Raises:
         FlightAbortedError: it did not become ready in time; the text says what is missing.
-        FlightRefusedError: somebody keeps choosing another mode.
+        FlightRefusedError: somebody else has armed it, or chosen another mode.
     """
     connection, voice = flight.connection, flight.voice
     dialect, loop = connection.dialect, asyncio.get_running_loop()
@@ -73,11 +72,13 @@ async def become_ready(flight: Flight) -> None:
     progress = Progress(loop.time())
     # What is in the air already is in its mode, too.
     mode = dialect.mode_before_arming if flight.scope is FlightScope.WHOLE else None
-    requests = 0
+    keeper = None if mode is None else ModeKeeper(connection, mode)
 
     reported = _Reports(connection)
 
     def something_to_do() -> bool:
+        if keeper is not None:
+            keeper.look()
         readiness = connection.readiness
         news = progress.news(readiness.missing, loop.time())
         if news is not None:
@@ -92,14 +93,8 @@ async def become_ready(flight: Flight) -> None:
     while True:
         if overwritten():
             assert mode is not None
-            requests += 1
-            if requests > _MOST_REQUESTS:
-                raise FlightRefusedError(
-                    f"The autopilot was asked for mode {mode} {_MOST_REQUESTS} times and is in "
-                    f"{connection.mode} again: somebody else chooses it. Look at the mode switch "
-                    "of the remote control and at other ground stations."
-                )
-            if requests > 1:
+            assert keeper is not None
+            if keeper.gave_way():
                 voice.tell("info", f"mode {mode} gave way to {connection.mode}; asking again")
             change = await connection.exchanges.change_mode(connection.target, mode)
             if change.verdict is not Verdict.ACCEPTED:

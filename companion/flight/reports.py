@@ -11,6 +11,8 @@ from companion.mavlink.messages import BASE_MODE_ARMED, MessageId
 
 LANDED_ON_GROUND = 1
 LANDED_IN_AIR = 2
+LANDED_TAKEOFF = 3
+LANDED_TAKING_OFF = 3
 _KEPT_TEXTS = 50
 _CHUNK = 50
 _LONGEST_TEXT = 1000
@@ -32,6 +34,8 @@ class Reports:
     """The newest of what the vehicle says about itself."""
 
     armed: bool = False
+    heartbeats: int = 0
+    """How many came so far."""
     custom_mode: int | None = None
     system_status: int = 0
     landed_state: int = 0
@@ -53,6 +57,7 @@ class Reports:
 
     def take_heartbeat(self, heartbeat: Message) -> None:
         """Take the vehicle's HEARTBEAT."""
+        self.heartbeats += 1
         self.armed = bool(heartbeat.base_mode & BASE_MODE_ARMED)
         self.system_status = int(heartbeat.system_status)
         self._take_mode(int(heartbeat.custom_mode))

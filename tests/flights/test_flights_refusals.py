@@ -4,12 +4,14 @@ import struct
 
 import pytest
 
-from companion.mavlink.messages import MessageId
-from tests.flights.wire import _HEARTBEAT, AUTOPILOT
+from companion.mavlink.messages import MessageId, Outgoing
+from tests.flights.wire import _COMMAND, _HEARTBEAT, AUTOPILOT
 
 _SYS_STATUS = struct.Struct("<3I")
 _PREARM = 0x1000_0000
 SET_MODE = 176
+ARM = 400
+_ACK = struct.Struct("<HBBiBB")
 
 
 def edit(message_id, layout, change):
@@ -96,10 +98,16 @@ def test_an_autopilot_that_never_becomes_ready(bench):
 
 
 def test_arming_that_is_denied(bench):
-    """The autopilot looks ready before it is."""
-    bench.wire.from_shim = edit(
-        MessageId.SYS_STATUS, _SYS_STATUS, lambda p, e, h: (p, e, h | _PREARM)
-    )
+    """The autopilot looks ready, and is not."""
+
+    def deny(packet):
+        if packet.message_id == MessageId.COMMAND_LONG and packet.fields(_COMMAND)[7] == ARM:
+            denied = _ACK.pack(ARM, 1, 0, 0, 1, 191)
+            bench.wire.send_to_companion(Outgoing(MessageId.COMMAND_ACK, denied))
+            return b""
+        return packet.raw
+
+    bench.wire.to_shim = deny
     flown = bench.fly()
     assert_refused(flown, "Arming was denied: the autopilot refused COMPONENT_ARM_DISARM")
 
