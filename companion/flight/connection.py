@@ -13,6 +13,7 @@ from companion.flight.admission import Admission
 from companion.flight.errors import LinkLostError
 from companion.flight.exchanges import Exchanges
 from companion.flight.health import Health
+from companion.flight.pulse import MISSING_S, Pulse
 from companion.flight.reports import REPORT_IDS, Reports
 from companion.flight.waiting import Waiting
 from companion.link.link import Link
@@ -105,6 +106,7 @@ class Connection:
         self.state: VehicleState | None = None
         self.heard_s = -math.inf
         """When anything came from the vehicle last."""
+        self.pulse = Pulse(self.loop_seconds)
         self.samples = 0
         """Usable samples of the state so far."""
         self.rejected_samples = 0
@@ -204,6 +206,16 @@ class Connection:
                 reports.estimator_flags,
                 now - self._sampled_s <= _ARRIVES_S,
             )
+        )
+
+    @property
+    def blind_because(self) -> str:
+        """Why what the vehicle does is not known, though it is heard; empty if it is."""
+        if not self.pulse.missing(asyncio.get_running_loop().time()):
+            return ""
+        return (
+            f"no HEARTBEAT of the autopilot came for {MISSING_S:g} s, though other messages do: "
+            "whether it is armed is not known"
         )
 
     async def request_streams(self, state_rate_hz: float) -> None:
@@ -329,6 +341,7 @@ class Connection:
         if not self.peers.is_vehicle(frame) or is_truth(frame):
             return
         self.heard_s = received_s
+        self.pulse.on_message(received_s)
         self.counts[message_id] = self.counts.get(message_id, 0) + 1
         if message_id in STATE_MESSAGES:
             self._on_state_message(frame, received_s)
@@ -377,6 +390,7 @@ class Connection:
         self.counts = {}
         self._reader.forget()
         self.reports.forget()
+        self.pulse.forget()
         self.waiting.wake()
 
     def _on_heartbeat(self, frame: Frame, received_s: float) -> None:
@@ -390,6 +404,7 @@ class Connection:
         if heard is None or not self.peers.is_vehicle(frame):
             return
         self.heard_s = received_s
+        self.pulse.on_heartbeat(received_s)
         self.admission.on_vehicle(frame)
         if not vehicle_known:
             self._packer.system_id = frame.system_id
