@@ -140,7 +140,7 @@ def highres_imu(sim: Simulation) -> Message:
     gyro = swap_flu_frd(estimate.rate_flu_rad_s)
     field = rotate_inverse(frd_to_ned, _FIELD_NED_GAUSS)
     altitude_m = sim.origin.altitude_amsl_m + estimate.position_enu_m[2]
-    pressure_hpa = 1013.25 * max(0.0, 1.0 - 2.25577e-5 * altitude_m) ** 5.25588
+    pressure_hpa = _pressure_hpa(altitude_m)
     return dialect.MAVLink_highres_imu_message(
         sim.time_us, *force, *gyro, *field, pressure_hpa, 0.0, altitude_m, 15.0, 63, 0
     )
@@ -230,3 +230,8 @@ def _heading_deg(sim: Simulation) -> float:
     """Clockwise from north, 0 to 360."""
     yaw = euler_from_quaternion(attitude_to_wire(sim.estimate.attitude_flu_to_enu))[2]
     return math.degrees(yaw) % 360.0
+
+
+def _pressure_hpa(altitude_m: float) -> float:
+    """Of the standard atmosphere's troposphere, which is not asked about places far outside it."""
+    return 1013.25 * (1.0 - 2.25577e-5 * max(-11e3, min(44e3, altitude_m))) ** 5.25588

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from sitl_shim.mavlink.endpoint import Shim
+from sitl_shim.mavlink.event_messages import REQUEST_ID
 from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.mavlink.wire import Packer, Parser, dialect
 from sitl_shim.simulation import ShimOptions
@@ -42,10 +43,13 @@ _READ = (
     "LOG_REQUEST_DATA",
     "LOG_REQUEST_END",
     "LOG_ERASE",
+    "ODOMETRY",
+    "SETUP_SIGNING",
 )
 _NOT_READ = ("PARAM_VALUE", "MISSION_CURRENT", "LOG_DATA")
 _IDS = [getattr(dialect, f"MAVLINK_MSG_ID_{name}") for name in _READ + _NOT_READ]
 _COMMAND_IDS = _IDS[2:4]
+_ODOMETRY = _IDS[_READ.index("ODOMETRY")]
 _MISSION_IDS = _IDS[_READ.index("MISSION_COUNT") : _READ.index("MISSION_ACK")]
 _COMMANDS = (
     *(16, 20, 21, 22, 84, 176, 178, 192, 224, 246, 300, 400, 410),
@@ -62,9 +66,24 @@ _FILES = (b"/", b"@PARAM/param.pck?withdefaults=1", b"/log/2026-01-01/00_00_02.u
 _LINKS = (LinkKind.ONBOARD, LinkKind.GROUND_STATION)
 
 
+class _RequestEvent:
+    """REQUEST_EVENT, described as pymavlink describes the messages it knows."""
+
+    msgname = "REQUEST_EVENT"
+    crc_extra = 33
+    unpacker = struct.Struct("<HHBB")
+    native_format = b"<HHBB"
+    ordered_fieldnames = ("first_sequence", "last_sequence", "target_system", "target_component")
+    array_lengths = (0, 0, 0, 0)
+
+
+_KINDS: dict[int, type] = {REQUEST_ID: _RequestEvent}
+_IDS.append(REQUEST_ID)
+
+
 def _frame(rng: np.random.Generator, message_id: int, *, about_intervals: bool = False) -> bytes:
     """MAVLink 2, https://mavlink.io/en/guide/serialization.html, from anybody."""
-    kind = dialect.mavlink_map[message_id]
+    kind = _KINDS.get(message_id) or dialect.mavlink_map[message_id]
     payload = _payload(rng, kind)
     if about_intervals:
         payload = _about_intervals(rng, kind, payload)
@@ -123,6 +142,8 @@ _LIKELY: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "LOG_REQUEST_LIST": (("start", (0, 1)), ("end", (0, 65535))),
     "LOG_REQUEST_DATA": (("id", (0, 1)), ("ofs", (0, 90, 100_000))),
     "SET_POSITION_TARGET_LOCAL_NED": (("coordinate_frame", (1, 7, 8, 9)),),
+    "ODOMETRY": (("frame_id", (1, 4, 20, 21)), ("estimator_type", (0, 1, 2, 3)), ("quality", (0,))),
+    "REQUEST_EVENT": (("first_sequence", (0, 1, 65530)), ("last_sequence", (0, 2, 65535))),
     "SET_POSITION_TARGET_GLOBAL_INT": (("coordinate_frame", (0, 3, 5, 6)),),
 }
 """Values with which a message is taken seriously."""
@@ -175,34 +196,55 @@ def _numbers(value: object) -> Iterator[float]:
         yield value
 
 
-@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+_POSES_ONLY = {"EKF2_EV_CTRL": 15.0, "EKF2_GPS_CTRL": 0.0, "EKF2_HGT_REF": 3.0}
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "parameters"), [("px4", {}), ("px4", _POSES_ONLY), ("ardupilot", {})]
+)
 @pytest.mark.parametrize("airborne_at_enu_m", [None, (0.0, 0.0, 200.0)])
 def test_random_packets_neither_end_it_nor_make_its_state_infinite(
-    autopilot: str, airborne_at_enu_m: tuple[float, float, float] | None
+    autopilot: str,
+    parameters: dict[str, float],
+    airborne_at_enu_m: tuple[float, float, float] | None,
 ) -> None:
-    rng = np.random.default_rng(7)
-    options = ShimOptions(autopilot=autopilot, airborne_at_enu_m=airborne_at_enu_m, boot_scale=0.02)
+    rng, rng_of_poses = np.random.default_rng(7), np.random.default_rng(8)
+    options = ShimOptions(
+        autopilot=autopilot,
+        airborne_at_enu_m=airborne_at_enu_m,
+        boot_scale=0.02,
+        parameters=parameters,
+    )
     shim = Shim(options, _LINKS)
     for _ in range(525):
         shim.step()
     parsers = [Parser() for _ in _LINKS]
     answered: set[str] = set()
     partner = Packer(1, 190)
+    wire = _Wire(shim)
+    keys = 0
     for _ in range(_PACKETS):
         about_intervals = bool(rng.random() < 0.2)
         ids = _MISSION_IDS if rng.random() < 0.4 else _IDS
         message_id = int(rng.choice(_COMMAND_IDS if about_intervals else ids))
         frame = _frame(rng, message_id, about_intervals=about_intervals)
-        shim.receive(int(rng.integers(len(_LINKS))), frame, shim.time_s)
+        wire.send(int(rng.integers(len(_LINKS))), frame)
+        if parameters and rng_of_poses.random() < 0.4:
+            wire.send(0, _frame(rng_of_poses, _ODOMETRY))
         for _, link, data in shim.step():
             for message in parsers[link].parse(data):
                 answered.add(message.get_type())
                 going_on = _what_it_waits_for(message, as_int=bool(rng.random() < 0.5))
                 if going_on is not None and rng.random() < 0.95:
-                    shim.receive(link, partner.pack(going_on), shim.time_s)
+                    wire.send(link, partner.pack(going_on))
+        if shim.signing.key is not None and rng.random() < 0.5:
+            keys += 1
+            wire.send(0, _no_key(shim))
         simulation = shim.simulation
         state = astuple(simulation.state), astuple(simulation.estimate)
         assert all(map(math.isfinite, _numbers(state)))
+    assert not parameters or shim.simulation._estimator.resets > 0, "poses were fused"
+    assert (keys > 0) is (airborne_at_enu_m is None), "none is taken while armed"
     assert answered >= {
         "COMMAND_ACK",
         "MESSAGE_INTERVAL",
@@ -221,6 +263,28 @@ def test_random_packets_neither_end_it_nor_make_its_state_infinite(
     assert ("PARAM_ERROR" in answered) is (autopilot == "px4")
     assert shim.simulation.autopilot.mission.revision > 0, "missions came through whole"
     _assert_small(shim)
+
+
+class _Wire:
+    """Brings packets in pieces that end in the middle of another, which says nothing."""
+
+    def __init__(self, shim: Shim) -> None:
+        self._shim = shim
+        self._held = [b"" for _ in _LINKS]
+        nothing = dialect.MAVLink_named_value_int_message(0, b"nothing", 0)
+        self._nothing = Packer(1, 190).pack(nothing)
+
+    def send(self, link: int, frame: bytes) -> None:
+        data = self._held[link] + frame + self._nothing[:9]
+        self._shim.receive(link, data, self._shim.time_s)
+        self._held[link] = self._nothing[9:]
+
+
+def _no_key(shim: Shim) -> bytes:
+    """What takes the key from the vehicle again, signed with it."""
+    packer = Packer(1, 190)
+    packer.sign(shim.signing.key, 7, shim.signing.take_stamp)
+    return packer.pack(dialect.MAVLink_setup_signing_message(1, 1, [0] * 32, 0))
 
 
 def _what_it_waits_for(message: Any, *, as_int: bool) -> Any:
@@ -243,22 +307,25 @@ def _what_it_waits_for(message: Any, *, as_int: bool) -> Any:
 def _assert_small(shim: Shim) -> None:
     """Nothing has piled up: all that is kept is small, whoever has asked for however much."""
     seen: set[int] = set()
-    waiting: list[object] = [shim._services]
+    waiting: list[object] = [shim]
     while waiting:
         thing = waiting.pop()
         if id(thing) in seen or isinstance(thing, str | int | float | type):
             continue
         seen.add(id(thing))
-        if isinstance(thing, bytes | bytearray):
+        if isinstance(thing, bytearray):
+            assert len(thing) < 10_000
+        elif isinstance(thing, bytes):
             assert len(thing) < 4_100_000
         elif isinstance(thing, dict):
             assert len(thing) < 2000
             waiting += thing.values()
-        elif isinstance(thing, list | tuple | deque):
+        elif isinstance(thing, list | tuple | deque | set | frozenset):
             assert len(thing) <= 2000
             waiting += thing
-        elif type(thing).__module__.startswith("sitl_shim.mavlink"):
+        elif type(thing).__module__.startswith(("sitl_shim", "pymavlink")):
             waiting += [getattr(thing, name) for name in _attributes(thing)]
+    assert {id(link.parser) for link in shim._links} <= seen
 
 
 def _attributes(thing: object) -> list[str]:

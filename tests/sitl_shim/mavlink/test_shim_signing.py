@@ -283,3 +283,26 @@ def test_the_key_is_not_shown_with_the_options():
 def test_a_key_has_32_bytes(size):
     with pytest.raises(ValueError, match="32 bytes"):
         ShimClient(ShimOptions(signing_key=bytes(size)))
+
+
+def test_with_a_new_key_a_client_may_begin_anew():
+    client = signing_client()
+    use_key(client, KEY, start=BOOT_STAMP + 30 * 100_000)  # its clock was half a minute ahead
+    assert version_comes(client)
+    client.send(setup_signing(OTHER_KEY, BOOT_STAMP))
+    client.run(0.1)
+    use_key(client, OTHER_KEY)
+
+    assert version_comes(client)
+
+
+def test_the_same_key_again_is_no_new_beginning():
+    client = signing_client()
+    use_key(client, KEY, start=BOOT_STAMP + 30 * 100_000)
+    for key in (bytes(32), KEY):
+        client.send(setup_signing(key, BOOT_STAMP if any(key) else 0))
+        client.run(0.1)
+    use_key(client, KEY)
+
+    assert not version_comes(client)
+    assert client.shim.signing.rejected == {"replayed": 1}

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -182,3 +183,65 @@ def test_yaw_follows_slowly_as_the_gyro_is_trusted():
     assert 0.0 < still.fusion.yaw_correction_rad < 0.1
     still.run(60.0)
     assert still.fusion.yaw_correction_rad == pytest.approx(0.2, abs=0.01)
+
+
+def test_a_pose_a_thousand_kilometres_away_is_none():
+    still = Still()
+    still.run(1.0)
+    still.resets = 1
+    still.run(2.0, position_enu_m=(1.1e6, 2.0, 3.0))
+    assert still.off_m() < 1e-6
+    still.run(2.0, position_enu_m=(9.9e5, 2.0, 3.0))
+    assert still.fusion.position[0] == pytest.approx(9.9e5)
+
+
+@pytest.mark.parametrize("least_noise_m", [0.01, 0.05])
+def test_a_pose_far_away_does_not_make_it_fast(least_noise_m):
+    still = Still(replace(ALL, least_position_noise_m=least_noise_m))
+    still.run(1.0)
+    still.run(3.0, pose_hz=0)
+    still.at = (9e5, -9e5, 9e5)
+    still.run(0.04, pose_hz=250)
+    still.at = (-9e5, 9e5, 0.0)
+    still.run(3.0, pose_hz=250)
+    assert max(map(abs, still.fusion.velocity)) <= 100.0
+    assert max(map(abs, still.fusion.position)) <= 1e6
+
+
+def test_a_height_that_is_not_asked_for_neither_counts_nor_hinders():
+    still = Still(replace(ALL, pose_height=False), error=(0.1, -0.1, 0.0), at=(1.0, 2.0, 0.0))
+    still.run(1.0)
+    resets = still.fusion.resets
+    still.run(15.0, position_enu_m=(1.0, 2.0, 3.0))
+    assert still.off_m() < 0.01
+    assert still.fusion.position[2] == 0.0
+    assert still.fusion.resets == resets
+
+
+def test_a_rejected_height_does_not_hinder_the_horizontal_position():
+    still = Still(error=(0.1, -0.1, 0.0))
+    still.run(1.0)
+    still.run(0.9, position_enu_m=(1.0, 2.0, 9.0))
+    assert math.dist(still.fusion.position[:2], still.at[:2]) < 0.05
+    assert still.fusion.position[2] == pytest.approx(3.0, abs=1e-3)
+    still.run(0.3, position_enu_m=(1.0, 2.0, 9.0))
+    assert still.fusion.position[2] == pytest.approx(9.0, abs=0.05)
+
+
+def test_a_rejected_horizontal_position_does_not_hinder_the_height():
+    still = Still(error=(0.0, 0.0, 0.1))
+    still.run(1.0)
+    still.run(0.9, position_enu_m=(9.0, 2.0, 3.0))
+    assert still.fusion.position == pytest.approx((1.0, 2.0, 3.0), abs=0.05)
+
+
+@pytest.mark.parametrize("least_noise_m", [0.01, 0.03, 0.1])
+@pytest.mark.parametrize("delay_s", [0.0, 0.05, 0.1, 0.2])
+@pytest.mark.parametrize("pose_hz", [25.0, 50.0, 125.0])
+def test_it_is_stable_however_late_poses_come(least_noise_m, delay_s, pose_hz):
+    still = Still(replace(ALL, least_position_noise_m=least_noise_m), error=(0.2, -0.1, 0.05))
+    still.run(10.0, pose_hz=pose_hz, delay_s=delay_s)
+    still.at = (1.0 + 2.0 * least_noise_m, 2.0, 3.0)
+    still.run(10.0, pose_hz=pose_hz, delay_s=delay_s)
+    assert still.off_m() < 0.01
+    assert math.hypot(*still.fusion.velocity) < 0.02
