@@ -5,6 +5,9 @@ by the autopilot: its estimator goes on with inertial sensors alone, which is go
 of landing (PX4 says its position is lost after EKF2_NOAID_TOUT, 5 s, and then descends without
 one), and for nothing else.  To hand over would be worse: PX4's failsafe for a stream that stops
 holds a position, which nobody measures any more.
+
+Poses that jump in flight are such a loss: they are not passed on, as nobody can tell which of the
+two places is the true one.
 """
 
 import asyncio
@@ -14,9 +17,30 @@ from collections.abc import AsyncIterator, Callable
 from companion.config.mocap_models import MocapConfig
 from companion.flight.connection import Connection
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
+from companion.flight.reports import LANDED_IN_AIR, LANDED_TAKEOFF, Reports
 from companion.mavlink.messages import Outgoing
 from companion.mocap.bridge import MocapBridge
 from companion.mocap.sources import open_source
+
+_LIFTS_WITHIN_S = 2.0
+"""After an autopilot says that it takes off, its rotors first have to come up to speed."""
+
+
+class _SurelyOff:
+    """Tells whether a vehicle has been in the air for a while and is not about to touch down."""
+
+    def __init__(self, reports: Reports) -> None:
+        self._reports = reports
+        self._since_s: float | None = None
+
+    def __call__(self) -> bool:
+        reports, now_s = self._reports, asyncio.get_running_loop().time()
+        if not reports.armed or reports.landed_state not in (LANDED_IN_AIR, LANDED_TAKEOFF):
+            self._since_s = None
+            return False
+        if self._since_s is None:
+            self._since_s = now_s
+        return now_s - self._since_s > _LIFTS_WITHIN_S
 
 
 class MotionCapture:
@@ -49,7 +73,10 @@ class MotionCapture:
             connection: to the autopilot.
             tell: takes severity and text for a person.
         """
+        reports = connection.reports
         self.bridge.on_lost = connection.waiting.wake
+        self.bridge.armed = lambda: reports.armed
+        self.bridge.in_air = _SurelyOff(reports)
 
         def send(outgoing: Outgoing) -> None:
             if connection.peers.vehicle is not None:
@@ -96,7 +123,7 @@ class MotionCapture:
         return not self.bridge.alive(asyncio.get_running_loop().time())
 
     def _nothing(self, since: str) -> str:
-        trouble = self._trouble()
+        trouble = self._trouble() or self.bridge.trouble
         return (
             f"No usable pose of '{self.bridge.config.body}' came {since} from {self.source} "
             f"({self.bridge.describe()})." + (f" {trouble}." if trouble else "")

@@ -10,9 +10,10 @@ from collections.abc import Callable
 
 from companion.config.mocap_models import MocapConfig
 from companion.mavlink.messages import Outgoing
-from companion.mocap.intake import Intake, Plausible
+from companion.mocap.intake import Intake
 from companion.mocap.json_input import DroppedError, read_pose
 from companion.mocap.odometry import OdometryMessages
+from companion.mocap.plausible import Plausible
 from companion.mocap.pose import Pose, RoomAxes
 
 _MOST_TOLD = 3
@@ -30,6 +31,10 @@ class MocapBridge:
         self.sent = 0
         self.on_lost: Callable[[], None] | None = None
         """Called when the stream is found lost, and not again before it has come back."""
+        self.armed: Callable[[], bool] = lambda: False
+        """Whether the vehicle is armed: from then on no jump is believed, and no repetition."""
+        self.in_air: Callable[[], bool] = lambda: False
+        """Whether it is surely off the ground, where even a pose without noise changes."""
         self._intake = Intake(
             RoomAxes(
                 y_up=config.axes == "y_up",
@@ -52,7 +57,7 @@ class MocapBridge:
 
     @property
     def jumps(self) -> int:
-        """How often the poses jumped for good: the reset counter."""
+        """How often the poses jumped for good, on the ground: the reset counter."""
         return self._intake.jumps
 
     def receive(self, data: bytes, now_s: float) -> None:
@@ -62,7 +67,12 @@ class MocapBridge:
         except DroppedError as error:
             self._intake.dropped[str(error)] += 1
             return
-        self._intake.take(seen, now_s)
+        self._intake.take(seen, now_s, armed=self.armed(), in_air=self.in_air())
+
+    @property
+    def trouble(self) -> str:
+        """What is the matter with the poses that come now; empty while they are believed."""
+        return self._intake.trouble
 
     def silent_s(self, now_s: float) -> float:
         """How long no usable pose has come; infinite before the first."""
@@ -113,7 +123,8 @@ class MocapBridge:
                     tell(
                         "error",
                         f"motion capture lost: no usable pose of '{self.config.body}' for "
-                        f"{self.config.timeout_s:g} s ({self.describe()})",
+                        f"{self.config.timeout_s:g} s ({self.describe()})"
+                        + (f". {self.trouble}." if self.trouble else ""),
                     )
                     if self.on_lost is not None:
                         self.on_lost()

@@ -1,44 +1,23 @@
-"""Which poses are believed: in order, of this moment, and not farther away than a vehicle can fly.
+"""Which poses are believed: in order, of this moment, new, and where a vehicle can have flown.
 
-What is not believed is dropped and counted by its reason.  A pose that is too far away is one of
-two things: an error of a few frames (swapped markers), or a jump for good (the room calibrated
-anew); which, the next poses tell.
+What is not believed is dropped and counted by its reason.  Poses that stay somewhere else are of a
+room that was calibrated anew, or of a body that was taken for another.  On the ground, where a
+person can look, they are believed after a while, which is told.  Once the vehicle is armed they
+never are: it would be flown off its path by as much as they are wrong, and the geofence with it.
 """
 
 import math
 from collections import Counter
-from dataclasses import dataclass
 
-from companion.frames import quaternion_conjugate, quaternion_multiply
+from companion.mocap.doubt import Doubt
+from companion.mocap.plausible import Motion, Plausible, turned_rad
 from companion.mocap.pose import Pose, RoomAxes, RoomPose
 from companion.mocap.sender_clock import SenderClock
 
-_POSITION_SLACK_M = 0.1
-_ANGLE_SLACK_RAD = 0.3
-_JUMP_POSES = 5
-"""So many poses that agree among themselves, and not with what was before, are a jump."""
+JUMP_HELD_S = 1.0
+"""On the ground, poses that agree for so long, but not with those before, are a jump for good."""
 _NEW_CLOCK_POSES = 5
 """So many poses in order, all older than what was before, are of a clock that was set back."""
-
-
-@dataclass(frozen=True, slots=True)
-class Plausible:
-    """How fast the vehicle can be."""
-
-    speed_m_s: float
-    rate_rad_s: float
-
-    def follows(self, before: Pose, after: Pose) -> bool:
-        """Whether a vehicle can have got from one pose to the other."""
-        passed_s = max(0.0, after.captured_s - before.captured_s)
-        distance = math.dist(before.position_enu_m, after.position_enu_m)
-        if distance > _POSITION_SLACK_M + self.speed_m_s * passed_s:
-            return False
-        turn = quaternion_multiply(
-            quaternion_conjugate(before.attitude_flu_to_enu), after.attitude_flu_to_enu
-        )
-        angle = 2.0 * math.acos(min(1.0, abs(turn[0])))
-        return angle <= _ANGLE_SLACK_RAD + self.rate_rad_s * passed_s
 
 
 class Intake:
@@ -61,18 +40,33 @@ class Intake:
         self.dropped: Counter[str] = Counter()
         """How many datagrams were dropped, by the reason."""
         self.jumps = 0
-        """How often the poses jumped for good."""
+        """How often the poses jumped for good, on the ground."""
+        self.trouble = ""
+        """What is the matter with the poses that come now; empty while they are believed."""
         self._axes = axes
-        self._plausible = plausible
+        self._motion = Motion(plausible)
+        self._doubt = Doubt(plausible, pause_s=timeout_s)
         self._latency_s = latency_s
         self._timeout_s = timeout_s
         self._clock = SenderClock()
         self._last_stamp_s = -math.inf
         self._backward: list[float] = []
-        self._far: list[Pose] = []
+        self._seen: RoomPose | None = None
+        self._changed_s = -math.inf
+        self._noiseless = False
 
-    def take(self, seen: RoomPose, received_s: float) -> bool:
-        """Take a pose, or drop and count it; True if it is now the newest."""
+    def take(
+        self, seen: RoomPose, received_s: float, *, armed: bool = False, in_air: bool = False
+    ) -> bool:
+        """Take a pose, or drop and count it; True if it is now the newest.
+
+        Args:
+            seen: in the room's axes.
+            received_s: when it came, by our clock.
+            armed: then no jump is believed, and no pose that is the one before once more.
+            in_air: then not even of a source without noise, which while the vehicle stood was
+                still to the last bit.
+        """
         if not self._in_order(seen.time_s):
             self.dropped["out of order"] += 1
             return False
@@ -80,17 +74,58 @@ class Intake:
         if received_s - captured_s - self._latency_s > self._timeout_s:
             self.dropped["stale"] += 1
             return False
+        repeated = self._repeated(seen, received_s)
+        if not armed:
+            self._noiseless = received_s - self._changed_s > self._timeout_s
+        if repeated and (in_air or (armed and not self._noiseless)):
+            self.dropped["repeated"] += 1
+            self.trouble = (
+                "The same pose comes again and again, equal to the last bit: the system repeats it "
+                "while it does not see the body"
+            )
+            return False
         pose = self._axes.pose(seen, captured_s)
-        newest = self.newest
-        if newest is not None and not self._plausible.follows(newest, pose):
-            if not self._jumped(pose):
+        if not self._believed(pose):
+            self._doubt.add(pose)
+            if armed or self._doubt.held_s() < JUMP_HELD_S:
                 self.dropped["too far away"] += 1
+                self.trouble = self._jump(pose)
                 return False
+            self._motion.begin()
             self.jumps += 1
-        self._far = []
+        self._doubt.clear()
+        self._motion.take(pose)
+        self.trouble = ""
         self.newest, self.received_s = pose, received_s
         self.taken += 1
         return True
+
+    def _repeated(self, seen: RoomPose, received_s: float) -> bool:
+        """Whether a pose is the one before to the last bit, which noise makes impossible."""
+        before, self._seen = self._seen, seen
+        if (
+            before is not None
+            and before.position_m == seen.position_m
+            and before.attitude == seen.attitude
+        ):
+            return True
+        self._changed_s = received_s
+        return False
+
+    def _believed(self, pose: Pose) -> bool:
+        if self.newest is None:
+            return True
+        return self._motion.leads_to(pose) and not self._doubt.claims(pose, self.newest)
+
+    def _jump(self, pose: Pose) -> str:
+        """A jump, for a person."""
+        assert self.newest is not None
+        distance_m = math.dist(self.newest.position_enu_m, pose.position_enu_m)
+        angle_deg = math.degrees(turned_rad(self.newest, pose))
+        return (
+            f"The poses jumped by {distance_m:.1f} m and {angle_deg:.0f}°: another body, another "
+            "room, or markers that were taken for others"
+        )
 
     def _in_order(self, stamp_s: float) -> bool:
         """Whether a time stamp is later than the last, or of a clock that was set back."""
@@ -106,9 +141,3 @@ class Intake:
             self._clock = SenderClock()
         self._last_stamp_s = stamp_s
         return True
-
-    def _jumped(self, pose: Pose) -> bool:
-        if self._far and not self._plausible.follows(self._far[-1], pose):
-            self._far = []
-        self._far.append(pose)
-        return len(self._far) >= _JUMP_POSES

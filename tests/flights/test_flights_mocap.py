@@ -1,6 +1,8 @@
 """Flights on motion capture alone, in lockstep: cameras, bridge, and PX4 without satellites."""
 
+import asyncio
 import json
+from functools import partial
 
 import pytest
 
@@ -11,6 +13,8 @@ from companion.flight.records import CHANNELS
 from companion.lockstep import fly_in_lockstep
 from companion.recording.flight_log import FlightLog
 from companion.report.aftermath import score_and_draw
+from sitl_shim import lockstep as shim_lockstep
+from sitl_shim.sensors.camera import CameraOptions
 from tests.flights.bench import SHORT, Flown, Seen
 from tests.flights.wire import Wire
 
@@ -22,6 +26,7 @@ class Room:
         self.folder = folder
         self.wire = Wire()
         self.happenings = []
+        self.truth = []
         self.tamper = lambda data: data
         (folder / "short.csv").write_text(SHORT)
 
@@ -34,7 +39,12 @@ class Room:
         self.happenings.append((phase, delay_s, begin))
 
     def see(self, data):
+        position_m = tuple(json.loads(data)["position"])
+        self.truth.append((asyncio.get_running_loop().time(), position_m))
         return self.tamper(data)
+
+    def true_position_m(self, time_s):
+        return next(position for t, position in self.truth if t >= time_s)
 
     def fly(self, vehicle="sih_quadx", trajectory=None, **settings):
         keys = {"mocap.system": "udp", "hover_s": "0.2"}
@@ -80,6 +90,18 @@ def moved_by(x_m):
         return json.dumps(message).encode()
 
     return move
+
+
+class Repeated:
+    """A system that says its last pose again and again, with fresh time stamps."""
+
+    def __init__(self):
+        self.last = None
+
+    def __call__(self, data):
+        message = json.loads(data)
+        self.last = self.last or message
+        return json.dumps(self.last | {"t": message["t"]}).encode()
 
 
 def test_without_satellites_it_arms_in_offboard_and_flies_to_its_end(undisturbed):
@@ -155,11 +177,66 @@ def test_poses_that_stop_for_a_moment_are_no_fault(room):
     assert not flown.told("motion capture lost")
 
 
-def test_a_room_that_is_calibrated_anew_is_told_and_flown_on_in(room):
-    room.after("hover", 0.0, moved_by(0.5))
+def test_a_room_that_is_calibrated_anew_before_arming_is_told_and_flown_in(room):
+    room.after("connect", 1.0, moved_by(0.5))
     flown = room.fly()
     assert flown.told("the poses jumped")
     assert flown.outcome.outcome == "landed"
+
+
+@pytest.mark.parametrize(("phase", "delay_s"), [("take off", 3.0), ("hover", 0.1), ("track", 1.0)])
+def test_poses_that_jump_in_flight_are_not_flown_by_and_land_the_vehicle(room, phase, delay_s):
+    room.after(phase, delay_s, moved_by(2.0))
+    flown = room.fly(timeout_s=0.4)
+    assert flown.outcome.outcome == "aborted"
+    assert "The poses jumped by" in flown.outcome.note
+    assert "The vehicle was landed" in flown.outcome.note
+    assert not flown.told("the poses jumped; ")
+    jumped_s = flown.began(phase) + delay_s
+    assert 0.35 < flown.began("land") - jumped_s < 0.55
+    # What the autopilot heard, and so where the vehicle truly was, is what it is when poses stop.
+    (room.folder / "again").mkdir()
+    again = Room(room.folder / "again")
+    again.after(phase, delay_s, silent)
+    again.fly(timeout_s=0.4)
+    assert room.truth == again.truth
+    assert flown.wire.armed[-1][1] is False
+
+
+def test_false_poses_of_a_few_frames_are_flown_through(room):
+    room.after("track", 1.0, moved_by(2.0))
+    room.after("track", 1.3, lambda data: data)
+    flown = room.fly(timeout_s=0.5)
+    assert flown.outcome.outcome == "landed"
+    assert room.result["max_tracking_error_m"] < 0.4
+
+
+def test_a_pose_that_is_repeated_in_flight_lands_the_vehicle(room):
+    room.after("track", 1.0, Repeated())
+    flown = room.fly(timeout_s=0.4)
+    assert flown.outcome.outcome == "aborted"
+    assert "the system repeats it" in flown.outcome.note
+    repeated_s = flown.began("track") + 1.0
+    assert 0.35 < flown.began("land") - repeated_s < 0.55
+
+
+def test_a_pose_that_is_repeated_from_before_the_take_off_lands_it_soon(room):
+    room.after("arm", 0.3, Repeated())
+    flown = room.fly(timeout_s=0.4)
+    assert flown.outcome.outcome == "aborted"
+    assert "the system repeats it" in flown.outcome.note
+    assert max(true[2] for _, true in room.truth) < 1.0
+
+
+def test_cameras_without_noise_are_no_system_that_repeats_itself(room, monkeypatch):
+    exact = partial(CameraOptions, position_noise_m=0.0, attitude_noise_deg=0.0)
+    monkeypatch.setattr(shim_lockstep, "CameraOptions", exact)
+    flown = room.fly()
+    assert flown.outcome.outcome == "landed"
+    assert not flown.told("motion capture lost")
+    # It stood still to the last bit, and that for long enough.
+    standing = [true for t, true in room.truth if t < flown.began("arm")]
+    assert len(set(standing[-100:])) == 1
 
 
 def test_a_wrongly_turned_body_leads_the_vehicle_astray(room):

@@ -24,6 +24,17 @@ class Bench:
             self.lost += 1
 
         self.bridge.on_lost = lose
+        self._x = lambda t: 1e-6 * t
+
+    def x_from(self, begin_s, x_m):
+        """From a time on the body is seen elsewhere."""
+        self._x = lambda t: 1e-6 * t + (x_m if t >= begin_s else 0.0)
+        return self
+
+    def still_from(self, begin_s):
+        """From a time on the body is seen where it was."""
+        self._x = lambda t: 1e-6 * min(t, begin_s)
+        return self
 
     def run(self, duration_s, frames_hz, off=()):
         async def main():
@@ -39,7 +50,8 @@ class Bench:
                 await asyncio.sleep((number + 1) / frames_hz - loop.time())
                 number += 1
                 if not any(begin <= loop.time() < end for begin, end in off):
-                    self.bridge.receive(datagram(loop.time() + 50.0), loop.time())
+                    data = datagram(loop.time() + 50.0, self._x(loop.time()))
+                    self.bridge.receive(data, loop.time())
             running.cancel()
 
         run_in_virtual_time(main())
@@ -91,10 +103,31 @@ def test_a_jump_is_told_and_counted_for_the_autopilot():
     bridge = MocapBridge(MocapConfig())
     for k in range(10):
         bridge.receive(datagram(0.01 * k), 1.0 + 0.01 * k)
-    for k in range(10, 20):
+    for k in range(10, 120):
         bridge.receive(datagram(0.01 * k, x=5.0), 1.0 + 0.01 * k)
     assert bridge.jumps == 1
     message = bridge.beat()
     assert message is not None
     assert message.payload[-3] == 1
     assert bridge.beat() is None
+
+
+def test_a_jump_once_armed_is_a_lost_stream_and_none_of_its_poses_leaves():
+    bench = Bench(timeout_s=0.3)
+    bench.bridge.armed = lambda: True
+    bench.x_from(1.0, 2.0).run(4.0, frames_hz=100.0)
+    assert max(bench.sent_s) < 1.03
+    assert bench.bridge.jumps == 0
+    assert bench.lost == 1
+    severity, text = bench.told[-1]
+    assert severity == "error"
+    assert "The poses jumped by 2.0 m" in text
+
+
+def test_a_pose_that_is_repeated_once_armed_is_a_lost_stream():
+    bench = Bench(timeout_s=0.3)
+    bench.bridge.armed = lambda: True
+    bench.still_from(1.0).run(2.0, frames_hz=100.0)
+    assert max(bench.sent_s) < 1.03
+    assert bench.lost == 1
+    assert "the system repeats it" in bench.told[-1][1]
