@@ -38,11 +38,14 @@ class Admission:
         verifier: knows the key; None lets everything in.
     """
 
-    __slots__ = ("_verifier", "_warned", "on_rejected", "rejected")
+    __slots__ = ("_turned_away", "_verifier", "_warned", "on_rejected", "rejected")
 
     def __init__(self, verifier: Verifier | None) -> None:
         self._verifier = verifier
         self._warned = False
+        self._turned_away = b""
+        if verifier is not None:
+            verifier.on_turned_away = self.turn_away
         self.rejected: dict[Rejection, int] = {}
         """Frames that were not let in, by the reason."""
         self.on_rejected: Callable[[str], None] | None = None
@@ -66,6 +69,15 @@ class Admission:
             else:
                 self._reject(frame, reason)
         return admitted
+
+    def turn_away(self, frame: Frame, reason: Rejection) -> None:
+        """Count a vehicle's heartbeat that did not make its sender the link's peer.
+
+        A link that listens for a stream's peer looks at one and the same packet again and again.
+        """
+        if frame.raw != self._turned_away:
+            self._turned_away = frame.raw
+            self._reject(frame, reason)
 
     def on_vehicle(self, frame: Frame) -> None:
         """Take a HEARTBEAT of the vehicle: does it expect signatures that we can't make?"""

@@ -11,7 +11,7 @@ from companion.mavlink.messages import (
     MessageId,
     Target,
 )
-from companion.mavlink.signing import Verifier
+from companion.mavlink.signing import Rejection, Verifier
 
 _TYPES_THAT_FLY_OR_DRIVE = frozenset(
     [*range(5), *range(7, 18), *range(19, 26), 28, 29, 35, 43, 45, 46, 47]
@@ -73,15 +73,23 @@ def vehicle_heartbeat_in(data: bytes, verifier: Verifier | None = None) -> bool:
     """True if a datagram holds a vehicle's heartbeat: a way to tell who the peer of a link is.
 
     With a verifier only one that carries the right signature counts, so that nobody else can take
-    the peer's place.
+    the peer's place.  It is told of the last one that does not: what is dropped here nobody else
+    sees.
     """
     framer = Framer()
-    return any(
-        frame.message_id == MessageId.HEARTBEAT
-        and (verifier is None or verifier.preview(frame) is None)
-        and vehicle_from_heartbeat(frame, decode(frame)) is not None
-        for frame in framer.feed(data) + framer.finish()
-    )
+    turned_away: tuple[Frame, Rejection] | None = None
+    for frame in framer.feed(data) + framer.finish():
+        if frame.message_id != MessageId.HEARTBEAT:
+            continue
+        if vehicle_from_heartbeat(frame, decode(frame)) is None:
+            continue
+        reason = None if verifier is None else verifier.preview(frame)
+        if reason is None:
+            return True
+        turned_away = (frame, reason)
+    if turned_away is not None and verifier is not None and verifier.on_turned_away is not None:
+        verifier.on_turned_away(*turned_away)
+    return False
 
 
 @dataclass(slots=True)

@@ -118,10 +118,12 @@ class Verifier:
         ValueError: the key has another length.
     """
 
-    __slots__ = ("_keyed", "_newest", "_stamps")
+    __slots__ = ("_keyed", "_newest", "_stamps", "on_turned_away")
 
     def __init__(self, key: bytes, stamps: Stamps) -> None:
         _check_key(key)
+        self.on_turned_away: Callable[[Frame, Rejection], None] | None = None
+        """Told of a vehicle's heartbeat for which its sender was not taken for the link's peer."""
         self._keyed = hashlib.sha256(key)
         self._stamps = stamps
         self._newest: dict[tuple[int, int, int], int] = {}

@@ -1,5 +1,6 @@
 """Signed packets over sockets, between processes."""
 
+import contextlib
 import json
 import os
 import subprocess
@@ -41,26 +42,58 @@ def test_the_embedded_shim_gets_the_key_and_not_on_its_command_line(tmp_path, ke
     assert not any(KEY in line or KEY.hex().encode() in line for line in shown)
 
 
-def test_a_vehicle_with_a_key_is_not_flown_without(tmp_path, key_file):
-    port = free_port()
+@contextlib.contextmanager
+def shim_on_its_own(port, *options, environment=None):
+    """A shim that sends to a port."""
     shim = subprocess.Popen(
         [
-            *(sys.executable, "-m", "sitl_shim", "run", f"--signing-key-file={key_file}"),
+            *(sys.executable, "-m", "sitl_shim", "run", *options),
             *("--onboard-port=0", "--gcs-port=0", f"--onboard-remote={port}"),
         ],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        env=os.environ | {"PYTHONUNBUFFERED": "1"} | (environment or {}),
         text=True,
     )
     try:
         assert "ready" in shim.stdout.readline()
+        yield shim
+    finally:
+        shim.kill()
+        shim.communicate()
+
+
+@pytest.mark.parametrize(
+    ("theirs", "says"),
+    [({}, "they are not signed"), ({"SITL_SHIM_SIGNING_KEY": "ab" * 32}, "are not by our key")],
+)
+def test_a_vehicle_without_our_key_is_refused_and_the_reason_is_the_signatures(
+    tmp_path, key_file, theirs, says
+):
+    port = free_port()
+    with shim_on_its_own(port, environment=theirs):
+        flight = Flight(
+            tmp_path,
+            f"--connect=udpin://127.0.0.1:{port}",
+            f"--signing-key-file={key_file}",
+            "--set=timeouts.connect_s=3",
+        )
+        output, _ = flight.process.communicate(timeout=40)
+
+    result = json.loads(output)
+    assert flight.process.returncode == 3
+    assert "packets were not read because" in result["note"]
+    assert says in result["note"]
+    assert sum(result["rejected_packets"].values()) >= 1
+
+
+def test_a_vehicle_with_a_key_is_not_flown_without(tmp_path, key_file):
+    port = free_port()
+    with shim_on_its_own(port, f"--signing-key-file={key_file}") as shim:
         flight = Flight(tmp_path, f"--connect=udpin://127.0.0.1:{port}")
         output, _ = flight.process.communicate(timeout=40)
         shim.terminate()
         _, said = shim.communicate(timeout=10)
-    finally:
-        shim.kill()
 
     result = json.loads(output)
     assert flight.process.returncode == 3

@@ -1,13 +1,22 @@
 """Only what carries the right signature is read; the rest is counted and told once."""
 
+import asyncio
+import contextlib
+import socket
+from functools import partial
+
 import pytest
 
 from companion.flight.connection import Connection
+from companion.link.make import make_link
 from companion.link.memory import MemoryLink
+from companion.link.url import LinkUrl
 from companion.mavlink.codec import Packer, encode
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import Outgoing, VehicleStateOfHealth, heartbeat
+from companion.mavlink.peers import vehicle_heartbeat_in
 from companion.mavlink.signing import EPOCH_UNIX_S, Signing
+from tests.companion.link.sockets import LOOPBACK, until
 
 KEY, OTHER_KEY = bytes(range(32)), bytes(range(1, 33))
 NOW = EPOCH_UNIX_S + 1000.0
@@ -100,6 +109,48 @@ async def test_what_is_not_let_in_is_not_even_recorded(bench_of, theirs, now, re
     assert len(bench.told) == 1
     assert bench.told[0].startswith("a packet (message 0) of 1/1 was not read, as all such will")
     assert bench.remark.startswith(says)
+
+
+@contextlib.asynccontextmanager
+async def listening(scheme, key):
+    """A connection that waits for the vehicle, and the port it waits at."""
+    signing = Signing(key, lambda: NOW)
+    link = make_link(
+        LinkUrl(scheme, LOOPBACK, 0), partial(vehicle_heartbeat_in, verifier=signing.verifier)
+    )
+    connection = Connection(link, Recorded(), signing)
+    await link.open()
+    try:
+        yield connection, link.local[1]
+    finally:
+        link.close()
+
+
+@pytest.mark.parametrize(
+    ("theirs", "reason", "says"),
+    [(None, "unsigned", "they are not signed"), (OTHER_KEY, "badly signed", "by our key")],
+)
+@pytest.mark.parametrize("scheme", ["udpin", "tcpin"])
+async def test_a_caller_who_is_not_taken_for_the_peer_is_counted_by_the_reason(
+    scheme, theirs, reason, says
+):
+    vehicle, stranger = packer(theirs), Packer(255, 190)
+    async with listening(scheme, KEY) as (connection, port):
+        told = []
+        connection.admission.on_rejected = told.append
+        kind = socket.SOCK_DGRAM if scheme == "udpin" else socket.SOCK_STREAM
+        with socket.socket(socket.AF_INET, kind) as caller:
+            caller.connect((LOOPBACK, port))
+            for count in (1, 2, 3):
+                caller.send(alive(vehicle))
+                await until(lambda count=count: connection.admission.rejected == {reason: count})
+                # Looked at together with what was said before, it counts no second time.
+                caller.send(stranger.pack(heartbeat(VehicleStateOfHealth.ACTIVE)))
+            await asyncio.sleep(0.02)
+
+        assert connection.admission.rejected == {reason: 3}
+        assert says in connection.admission.remark(vehicle_known=False)
+        assert len(told) == 1
 
 
 async def test_a_recorded_packet_sent_again_changes_nothing(bench_of):
