@@ -234,4 +234,4 @@ def _heading_deg(sim: Simulation) -> float:
 
 def _pressure_hpa(altitude_m: float) -> float:
     """Of the standard atmosphere's troposphere, which is not asked about places far outside it."""
-    return 1013.25 * (1.0 - 2.25577e-5 * max(-11e3, min(44e3, altitude_m))) ** 5.25588
+    return 1013.25 * math.pow(1.0 - 2.25577e-5 * max(-11e3, min(44e3, altitude_m)), 5.25588)

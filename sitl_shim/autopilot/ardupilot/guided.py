@@ -30,8 +30,9 @@ class Guided:
 
     SET_ATTITUDE_TARGET, by its type_mask: attitude and thrust (mask 7), body rates and thrust
     (128), or both (0: the rates keep turning the attitude between messages).  Thrust ignored,
-    some rates ignored and others not, or a quaternion that is not of unit norm within 1e-3: the
-    message is rejected, and the vehicle is stopped.
+    some rates ignored and others not, a quaternion that is not of unit norm within 1e-3, or a
+    thrust or rate that counts and is no finite number: the message is rejected, and the vehicle is
+    stopped.
     """
 
     __slots__ = (
@@ -108,6 +109,8 @@ class Guided:
         well_formed = (
             not mask & _THRUST_IGNORE
             and ignored in (0, _RATES_IGNORE)
+            and math.isfinite(target.thrust)
+            and (bool(ignored) or _finite(target.rate_flu_rad_s))
             and (attitude is None or abs(math.hypot(*attitude) - 1.0) <= _UNIT_TOLERANCE)
         )
         if not well_formed:
@@ -116,7 +119,7 @@ class Guided:
         self.submode = Submode.ANGLE
         self.attitude = attitude
         self.rates = (0.0, 0.0, 0.0) if ignored else target.rate_flu_rad_s
-        thrust = target.thrust if target.thrust == target.thrust else 0.0
+        thrust = target.thrust
         self.use_throttle = bool(parameters.integer("GUID_OPTIONS") & _THRUST_IS_THROTTLE)
         self.throttle = max(-1.0, min(1.0, thrust)) if self.use_throttle else 0.0
         self.climb_m_s = 0.0

@@ -27,6 +27,8 @@ _ACK, _NAK = 128, 129
 _INVALID_SIZE, _INVALID_SESSION, _NO_SESSIONS, _EOF = 3, 4, 5, 6
 _UNKNOWN_COMMAND, _PROTECTED, _NOT_FOUND = 7, 9, 10
 _MOST_SESSIONS = 4
+_IDLE_US = 10_000_000
+"""A file nobody has read for so long is closed: its client went away."""
 _BURST_PER_TICK = 4
 _BURST_LENGTH = 100
 """Packets of one burst."""
@@ -61,11 +63,18 @@ class _Burst:
 
 
 @dataclass(slots=True)
+class _OpenFile:
+    """A file with its contents as they were when it was opened."""
+
+    content: bytes
+    used_us: int
+
+
+@dataclass(slots=True)
 class _Desk:
     """State of one link."""
 
-    sessions: dict[int, bytes] = field(default_factory=dict)
-    """Contents of the files that are open, as they were when they were opened."""
+    sessions: dict[int, _OpenFile] = field(default_factory=dict)
     answered: _Request | None = None
     answer: bytes = b""
     burst: _Burst | None = None
@@ -90,8 +99,14 @@ class Files:
         return {"FILE_TRANSFER_PROTOCOL": self._receive}
 
     def step(self, now_us: int) -> None:
-        """Send the next part of the bursts."""
+        """Send the next part of the bursts, and close what is no longer read."""
         for link, desk in enumerate(self._desks):
+            if desk.burst is not None:
+                self._note_use(desk, desk.burst.request)
+            if desk.sessions:
+                for session, file in list(desk.sessions.items()):
+                    if now_us - file.used_us > _IDLE_US:
+                        del desk.sessions[session]
             for _ in range(_BURST_PER_TICK):
                 if desk.burst is not None:
                     self._send_burst(link, desk, desk.burst)
@@ -105,6 +120,7 @@ class Files:
             self._send(link, request.partner, desk.answer)
             return
         desk.burst = None
+        self._note_use(desk, request)
         try:
             answer = self._answer(desk, request)
         except _RefusalError as nak:
@@ -112,6 +128,11 @@ class Files:
         if answer is not None:
             desk.answered, desk.answer = request, answer
             self._send(link, request.partner, answer)
+
+    def _note_use(self, desk: _Desk, request: _Request) -> None:
+        file = desk.sessions.get(request.session)
+        if file is not None:
+            file.used_us = self._context.sim.time_us
 
     def _answer(self, desk: _Desk, request: _Request) -> bytes | None:
         """The reply; None where a burst follows instead.
@@ -160,7 +181,7 @@ class Files:
             session = request.session if len(desk.sessions) < _MOST_SESSIONS else None
         if session is None:
             raise _RefusalError(_NO_SESSIONS)
-        desk.sessions[session] = content
+        desk.sessions[session] = _OpenFile(content, self._context.sim.time_us)
         return _reply(request, struct.pack("<I", len(content)), session=session)
 
     def _entries(self, request: _Request) -> bytes:
@@ -217,13 +238,13 @@ def _piece(desk: _Desk, request: _Request, offset: int) -> bytes:
     Raises:
         _RefusalError: no such session, nothing asked for, or the end of the file.
     """
-    content = desk.sessions.get(request.session)
-    if content is None:
+    file = desk.sessions.get(request.session)
+    if file is None:
         raise _RefusalError(_INVALID_SESSION)
     size = min(request.size, _DATA_BYTES)
     if size == 0:
         raise _RefusalError(_INVALID_SIZE)
-    data = content[offset : offset + size]
+    data = file.content[offset : offset + size]
     if not data:
         raise _RefusalError(_EOF)
     return data

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
+from sitl_shim.autopilot.ardupilot.guided import Submode
 from sitl_shim.mavlink.wire import dialect
 from tests.sitl_shim.autopilot.copter_client import (
     BRAKE,
@@ -109,6 +110,37 @@ def test_positive_pitch_flies_backwards_and_yaw_is_absolute() -> None:
     _stream(client, q=tilted(yaw_deg=0.0), thrust=0.5)
     client.run(4.0)
     assert client.heading_deg == pytest.approx(0.0, abs=1.5)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(
+    ("mask", "place"), [(128, 0), (128, 1), (128, 2), (0, 0), (0, 2), (128, 3), (7, 3)]
+)
+def test_what_is_no_number_is_rejected_and_does_no_lasting_harm(
+    bad: float, mask: int, place: int
+) -> None:
+    client = hovering()
+    stop = _stream(client, q=_LEVEL, thrust=0.5)
+    client.run(1.0)
+    stop()
+    numbers = [0.0, 0.0, 0.0, 0.5]
+    numbers[place] = bad
+    p, q, r, thrust = numbers
+    client.setpoint(_LEVEL, thrust, mask=mask, rates=(p, q, r))
+    client.run(0.5)
+    assert client.copter._guided.submode is Submode.VELOCITY
+    assert client.tilt_deg < 2.0
+    _stream(client, q=_LEVEL, thrust=0.5)
+    client.run(1.5)
+    assert client.tilt_deg < 1.0
+    assert abs(_velocity(client)[2]) < 0.1
+
+
+def test_rates_that_are_ignored_may_be_anything() -> None:
+    client = hovering()
+    _stream(client, q=tilted(roll_deg=5.0), thrust=0.5, rates=(math.nan,) * 3)
+    client.run(1.5)
+    assert client.tilt_deg == pytest.approx(5.0, abs=1.0)
 
 
 def test_rates_alone_turn_the_vehicle() -> None:

@@ -242,6 +242,21 @@ def test_nan_in_the_quaternion_is_accepted_and_leaves_it_without_control() -> No
     assert _tilt_deg(client) < 3.0
 
 
+@pytest.mark.parametrize("bad", [NAN, math.inf, -math.inf])
+@pytest.mark.parametrize(("mask", "place"), [(128, 0), (128, 2), (0, 1), (128, 3), (7, 3), (7, 4)])
+def test_one_setpoint_that_is_no_number_does_no_lasting_harm(
+    bad: float, mask: int, place: int
+) -> None:
+    client = _in_offboard()
+    numbers = [0.0, 0.0, 0.0, 0.49, 1.0]
+    numbers[place] = bad
+    p, q, r, thrust, w = numbers
+    _stream(client, 0.02, q=(w, 0.0, 0.0, 1.0), rates=(p, q, r), mask=mask, thrust=thrust)
+    _stream(client, 2.0, q=_EAST, thrust=0.49)
+    assert _heartbeat(client) == (0x91, OFFBOARD, 4)
+    assert _tilt_deg(client) < 3.0
+
+
 @pytest.mark.parametrize("target", [(1, 1), (1, 0), (0, 0), (0, 1)])
 def test_setpoints_for_this_system_or_for_all_are_taken(target: tuple[int, int]) -> None:
     client = _in_offboard()

@@ -172,6 +172,21 @@ def test_sessions_are_few_and_a_reset_ends_them() -> None:
     assert files.ask(_OPEN, path)[0].opcode == _ACK
 
 
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_files_of_clients_that_went_away_are_closed_and_others_are_not(autopilot: str) -> None:
+    files = _files(autopilot)
+    path = b"/log/2026-01-01/00_00_02.ulg" if autopilot == "px4" else b"@PARAM/param.pck"
+    for session in range(4):
+        assert files.ask(_OPEN, path, session=session)[0].opcode == _ACK
+    for _ in range(3):
+        assert files.ask(_READ, session=1, size=10)[0].opcode == _ACK
+        assert _refusal(files.ask(_OPEN, path, session=4)) == _NO_SESSIONS
+        files.client.run(4.0)
+    assert _refusal(files.ask(_READ, session=0, size=10)) == _SESSION
+    assert files.ask(_READ, session=1, size=10)[0].opcode == _ACK
+    assert files.ask(_OPEN, path, session=4)[0].opcode == _ACK
+
+
 def test_on_ardupilot_the_client_numbers_its_open_files() -> None:
     files = _files("ardupilot")
     (opened,) = files.ask(_OPEN, b"@PARAM/param.pck", session=106)
