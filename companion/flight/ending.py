@@ -3,6 +3,7 @@
 from companion.flight.crew import Flight
 from companion.flight.errors import FlightAbortedError, HandedOverError
 from companion.flight.inbox import PilotCommand
+from companion.flight.leaving import leave
 from companion.flight.reports import LANDED_ON_GROUND
 from companion.mavlink.commands import disarm
 from companion.mavlink.exchange import Verdict
@@ -83,19 +84,25 @@ async def wait_for_word(flight: Flight, reason: str) -> PilotCommand:
     except FlightAbortedError as error:
         if connection.waiting.failure is not None:
             raise
-        raise FlightOverError(
-            f"{reason}; {error}: the vehicle is left to the autopilot, in mode {connection.mode}"
-        ) from error
+        remark = await leave(flight)
+        raise FlightOverError(f"{reason}; {error}: {_left(flight, remark)}") from error
     if word is None and connection.restarts > restarts:
         raise FlightOverError(f"{reason}; the autopilot restarted in flight")
     if word is None:
         raise FlightOverError(f"{reason}; the autopilot has landed and disarmed the vehicle")
     if word is PilotCommand.ABORT:
-        raise FlightOverError(
-            f"{reason}; aborted by command, the vehicle is left to the autopilot, in mode "
-            f"{connection.mode}"
-        )
+        remark = await leave(flight)
+        raise FlightOverError(f"{reason}; aborted by command, {_left(flight, remark)}")
     return word
+
+
+def _left(flight: Flight, remark: str) -> str:
+    """How the vehicle is left, for a person."""
+    connection = flight.connection
+    left = "the vehicle is disarmed"
+    if connection.reports.armed:
+        left = f"the vehicle is left to the autopilot, in mode {connection.mode}"
+    return f"{left}; {remark}" if remark else left
 
 
 async def _wait_disarmed(flight: Flight) -> None:

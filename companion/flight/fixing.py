@@ -33,10 +33,10 @@ def note_changes(
 async def set_parameters(
     connection: Connection, changes: Sequence[ParameterChange], tell: Tell
 ) -> list[str]:
-    """Set each parameter and say so.
+    """Set each parameter and say so; none on a vehicle that is armed meanwhile.
 
     Returns:
-        What could not be set, in sentences; empty if all was.
+        What was not set, in sentences; empty if all was.
 
     Raises:
         FlightAbortedError: the link was lost, or the wait was ended from outside.
@@ -45,11 +45,13 @@ async def set_parameters(
     problems = []
     try:
         for change in changes:
+            if connection.reports.armed:
+                problems.append(f"{change.name} was not set: the vehicle is armed.")
+                continue
             exchange = await parameters.set(change.name, change.new)
             if exchange.verdict is Verdict.ACCEPTED:
-                tell(
-                    "info", f"set {change.name} from {change.old:g} to {change.new:g}: {change.why}"
-                )
+                text = f"set {change.name} from {change.old:g} to {change.new:g}: {change.why}"
+                tell("warning", text)
             else:
                 problems.append(f"{change.name} could not be set: {exchange.explanation}.")
     finally:

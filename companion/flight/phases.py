@@ -4,6 +4,7 @@ Before the vehicle is armed whatever is wrong refuses the flight; from then on i
 vehicle is landed or left to the autopilot's own failsafe.
 """
 
+import asyncio
 from dataclasses import dataclass
 from enum import Enum
 
@@ -17,6 +18,7 @@ from companion.flight.errors import (
     LinkLostError,
 )
 from companion.flight.inbox import PilotCommand
+from companion.flight.leaving import leave
 from companion.flight.preparation import arm_vehicle, prepare
 from companion.flight.tracking import engage, take_off, track
 
@@ -49,6 +51,7 @@ async def fly(flight: Flight) -> Ending:
         FlightAbortedError: the flight ended otherwise than by landing; the text says how.
     """
     flight.inbox.on_put = flight.authority.on_command
+    patient = True
     try:
         await prepare(flight)
         if flight.scope is FlightScope.WHOLE:
@@ -61,7 +64,11 @@ async def fly(flight: Flight) -> Ending:
                 flight.stream.stop()  # an idle one may flow, for a vehicle to be armed in its mode
                 raise
         return await _fly_armed(flight)
+    except asyncio.CancelledError:
+        patient = False
+        raise
     finally:
+        await leave(flight, patient=patient)
         if flight.inspector is not None:
             flight.authority.rest()
             await flight.inspector.after_flight()

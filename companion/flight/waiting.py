@@ -1,9 +1,10 @@
 """Waiting for conditions on what the vehicle reports; every wait can be ended from outside."""
 
 import asyncio
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 
-from companion.flight.errors import FlightAbortedError
+from companion.flight.errors import FlightAbortedError, LinkLostError
 
 
 class Waiting:
@@ -62,6 +63,25 @@ class Waiting:
         finally:
             self._waiters.remove(entry)
         return True
+
+    @property
+    def vehicle_is_gone(self) -> bool:
+        """True if nothing can be asked of it any more."""
+        return isinstance(self.failure, LinkLostError)
+
+    @contextlib.contextmanager
+    def despite_failure(self) -> Iterator[None]:
+        """Within it a failure of ours that has come ends no wait: what is left is put in order.
+
+        One that comes meanwhile does, and that the vehicle is gone.
+        """
+        failure = self.failure
+        if not self.vehicle_is_gone:
+            self.failure = None
+        try:
+            yield
+        finally:
+            self.failure = self.failure or failure
 
     def fail(self, error: Exception) -> None:
         """End every wait, present and coming; the first failure stands."""

@@ -13,6 +13,9 @@ GCS_SYSTEM_ID = ("MAV_GCS_SYSID", "SYSID_MYGCS")
 """Of 4.7, and of the releases before."""
 PARAMETERS = ("GUID_TIMEOUT", "FS_GCS_ENABLE", "FS_GCS_TIMEOUT", *GCS_SYSTEM_ID, "MAV_GCS_SYSID_HI")
 
+HEARTBEAT = ("FS_GCS_ENABLE", *GCS_SYSTEM_ID)
+"""What makes ArduPilot act once somebody's heartbeat ends, in whatever mode it then is."""
+
 TIMEOUT_S = 0.5
 """What is advised for GUID_TIMEOUT, and the longest that is let pass."""
 _SHORT_S = 0.2
@@ -30,6 +33,7 @@ _ACTIONS = {
 }
 """FS_GCS_ENABLE."""
 _RETURNING = (1, 2, 3, 6)
+_OUR_HEARTBEAT = "the companion's heartbeat"
 
 
 def judge_ardupilot_failsafe(parameters: Mapping[str, float], our_system_id: int) -> list[Finding]:
@@ -40,6 +44,29 @@ def judge_ardupilot_failsafe(parameters: Mapping[str, float], our_system_id: int
         our_system_id: whose heartbeats we send.
     """
     return [_timeout(parameters.get("GUID_TIMEOUT")), *_heartbeats(parameters, our_system_id)]
+
+
+def acts_without(parameters: Mapping[str, float], our_system_id: int) -> str:
+    """What happens in the air once our heartbeat ends, in a sentence; empty if nothing does.
+
+    Args:
+        parameters: as read.
+        our_system_id: whose heartbeats we send.
+    """
+    enabled = parameters.get("FS_GCS_ENABLE", 0.0)
+    watched = first_of(parameters, GCS_SYSTEM_ID)
+    if enabled == 0.0 or (watched and our_system_id not in watched_systems(parameters)):
+        return ""
+    return f"FS_GCS_ENABLE is {_consequence(enabled, parameters, _OUR_HEARTBEAT)}."
+
+
+def watched_systems(parameters: Mapping[str, float]) -> range:
+    """Systems whose heartbeats are watched; none if that is not known."""
+    watched = first_of(parameters, GCS_SYSTEM_ID)
+    if watched is None:
+        return range(0)
+    highest = max(watched.value, parameters.get("MAV_GCS_SYSID_HI", 0.0))
+    return range(int(watched.value), int(highest) + 1)
 
 
 def _timeout(timeout_s: float | None) -> Finding:
@@ -76,7 +103,7 @@ def _heartbeats(parameters: Mapping[str, float], our_system_id: int) -> list[Fin
         return [_unread("FS_GCS_ENABLE", "whether a dead companion is caught is not known")]
     watched = first_of(parameters, GCS_SYSTEM_ID)
     findings = []
-    watches_us = watched is not None and _watches(watched, parameters, our_system_id)
+    watches_us = our_system_id in watched_systems(parameters)
     if watched is not None and not watches_us:
         findings.append(_other_system(watched, our_system_id, matters=enabled != 0.0))
     if enabled == 0.0:
@@ -99,11 +126,6 @@ def _heartbeats(parameters: Mapping[str, float], our_system_id: int) -> list[Fin
     return findings
 
 
-def _watches(watched: Named, parameters: Mapping[str, float], our_system_id: int) -> bool:
-    highest = max(watched.value, parameters.get("MAV_GCS_SYSID_HI", 0.0))
-    return watched.value <= our_system_id <= highest
-
-
 def _other_system(watched: Named, our_system_id: int, *, matters: bool) -> Finding:
     return Finding(
         watched.name,
@@ -122,15 +144,19 @@ def _other_system(watched: Named, our_system_id: int, *, matters: bool) -> Findi
 
 
 def _action(enabled: float, parameters: Mapping[str, float], *, caught: bool) -> Finding:
-    action = _ACTIONS.get(int(enabled), "does what is not known here")
-    timeout_s = parameters.get("FS_GCS_TIMEOUT", _DEFAULT_GCS_TIMEOUT_S)
-    whose = "the companion's heartbeat" if caught else "the watched heartbeat"
-    found = f"{enabled:g}: {timeout_s:g} s without {whose} and the vehicle {action}"
+    whose = _OUR_HEARTBEAT if caught else "the watched heartbeat"
+    found = _consequence(enabled, parameters, whose)
     if int(enabled) in _RETURNING:
         return Finding(
             "FS_GCS_ENABLE", found, Verdict.NOTE, f"Indoors rather let it land ({_LAND:g})."
         )
     return Finding("FS_GCS_ENABLE", found)
+
+
+def _consequence(enabled: float, parameters: Mapping[str, float], whose: str) -> str:
+    action = _ACTIONS.get(int(enabled), "does what is not known here")
+    timeout_s = parameters.get("FS_GCS_TIMEOUT", _DEFAULT_GCS_TIMEOUT_S)
+    return f"{enabled:g}: {timeout_s:g} s without {whose} and the vehicle {action}"
 
 
 def _unread(subject: str, consequence: str) -> Finding:

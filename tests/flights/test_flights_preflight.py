@@ -7,10 +7,12 @@ import pytest
 
 from companion.flight.inbox import PilotCommand
 from companion.flight.restore_file import RESTORE_NAME, read_restore_file
-from companion.mavlink.messages import MessageId
+from companion.mavlink.messages import MessageId, Outgoing
 from tests.flights.bench import Bench
 
 _SET = struct.Struct("<fBB16sB")
+_COMMAND = struct.Struct("<7fHBBB")
+_ACK = struct.Struct("<HBBiBB")
 UNFIXED = {"COM_OF_LOSS_T": 8.0}
 FIX = {"preflight.fix": "true"}
 AS_SHIPPED = ["GUID_TIMEOUT", "MAV_GCS_SYSID", "FS_GCS_ENABLE"]
@@ -43,8 +45,8 @@ def test_on_px4_as_it_comes_a_flight_says_nothing_of_its_check_and_takes_no_long
     flown = bench.fly()
     assert flown.outcome.outcome == "landed"
     assert [m for m in flown.seen.messages if m[1] == "warning"] == []
-    # PX4 itself would not arm before 4.2 s.
-    assert flown.began("arm") < 5.0
+    # PX4 itself would not arm before 4.2 s; then its next HEARTBEAT is waited for.
+    assert flown.began("arm") < 5.3
 
 
 def test_on_ardupilot_as_it_comes_a_flight_warns_and_sets_nothing(bench):
@@ -116,6 +118,16 @@ def test_fix_can_change_what_the_thrust_field_means_before_the_flight_is_flown_s
     assert flown.told("restored GUID_OPTIONS from 8 to 0")
 
 
+def test_what_cannot_be_mended_refuses_before_anything_is_set(bench):
+    setting = Setting(bench)
+    settings = FIX | {"preflight.thrust_field": "climb_rate"}
+    flown = bench.fly(parameters=UNFIXED, settings=settings)
+    assert flown.outcome.outcome == "refused"
+    assert "a climb rate is wanted" in flown.outcome.note
+    assert setting.set == []
+    assert not restore_file(flown).exists()
+
+
 def test_after_an_abort_what_was_set_is_set_back_once_the_vehicle_stands(bench):
     setting = Setting(bench)
     bench.after("track", 1.0, lambda: bench.inbox.put(PilotCommand.ABORT))
@@ -129,16 +141,15 @@ def test_after_an_abort_what_was_set_is_set_back_once_the_vehicle_stands(bench):
 
 def test_after_a_refusal_of_arming_what_was_set_is_set_back(bench):
     setting = Setting(bench)
-    sys_status = struct.Struct("<III")
 
-    def look_ready(packet):
-        if packet.message_id != MessageId.SYS_STATUS:
-            return packet.raw
-        present, enabled, health = sys_status.unpack_from(packet.payload)
-        masks = sys_status.pack(present, enabled, health | 0x1000_0000)
-        return packet.with_payload(masks + packet.payload[12:])
+    def deny(packet):
+        if packet.message_id == MessageId.COMMAND_LONG and packet.fields(_COMMAND)[7] == 400:
+            denied = _ACK.pack(400, 1, 0, 0, 1, 191)
+            bench.wire.send_to_companion(Outgoing(MessageId.COMMAND_ACK, denied))
+            return b""
+        return setting.take(packet)
 
-    bench.wire.from_shim = look_ready
+    bench.wire.to_shim = deny
     flown = bench.fly(parameters=UNFIXED, settings=FIX)
     assert flown.outcome.outcome == "refused"
     assert "Arming was denied" in flown.outcome.note
