@@ -98,6 +98,7 @@ class Simulation:
             airborne=airborne is not None,
             speed=options.speed,
             boot_scale=options.boot_scale,
+            system_id=options.system_id,
         )
         self._flavour = options.autopilot
         self._revision = -1

@@ -57,6 +57,14 @@ def aiding_of(flavour: str, parameters: ParameterStore) -> Aiding:
     return px4_aiding(parameters) if flavour == "px4" else Aiding()
 
 
+_SYSTEM_ID = {"px4": "MAV_SYS_ID", "ardupilot": "MAV_SYSID"}
+_SAID_OTHERWISE = {
+    **dict.fromkeys(_SYSTEM_ID.values(), "--system-id"),
+    "SIM_SPEEDUP": "--speed",
+}
+"""Parameters that only tell what an option says."""
+
+
 def flavours() -> tuple[str, ...]:
     """Names of the flavours."""
     return tuple(_FLAVOURS)
@@ -71,6 +79,7 @@ def make_autopilot(
     airborne: bool,
     speed: float,
     boot_scale: float,
+    system_id: int = 1,
 ) -> Autopilot:
     """Make an autopilot of a flavour.
 
@@ -83,14 +92,19 @@ def make_autopilot(
         speed: simulated seconds per second of a client's clock; time-outs that wait for a
             client stretch with it.
         boot_scale: the times of the boot are multiplied by it, where the flavour's is long.
+        system_id: of MAVLink, which a parameter tells.
 
     Raises:
-        ValueError: there is no such flavour, or no such parameter.
+        ValueError: there is no such flavour, no such parameter, or one that only tells what an
+            option says.
     """
     make = _FLAVOURS.get(flavour)
     if make is None:
         raise ValueError(f"unknown autopilot {flavour!r}: there are {', '.join(_FLAVOURS)}")
-    return make(
+    for name, option in _SAID_OTHERWISE.items():
+        if name in overrides:
+            raise ValueError(f"{name} is not set as a parameter here: say it with {option}")
+    autopilot = make(
         overrides,
         seed=seed,
         origin_altitude_amsl_m=origin_altitude_amsl_m,
@@ -98,3 +112,5 @@ def make_autopilot(
         speed=speed,
         boot_scale=boot_scale,
     )
+    autopilot.parameters.learn(_SYSTEM_ID[flavour], system_id)
+    return autopilot

@@ -65,6 +65,7 @@ class ArduCopter:
     ) -> None:
         self.parameters = make_parameters(overrides)
         self.mission = MissionPlan()
+        self._told_items = 0
         self._revision = self.parameters.revision
         self._boot = Boot(
             scale=boot_scale,
@@ -146,6 +147,9 @@ class ArduCopter:
         else:
             self._commands = STOPPED
             control.stand_by(motion)
+        if len(self.mission) != self._told_items:
+            self._told_items = len(self.mission)
+            self.parameters.learn("MIS_TOTAL", max(1, self._told_items))
         if time_us % _TELLS_HOVER_US == 0:
             control.cascade.motors.tell_hover(self.parameters)
         self._align_yaw_in_flight(time_us)

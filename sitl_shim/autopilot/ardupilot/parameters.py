@@ -1,4 +1,4 @@
-"""The ArduCopter parameters that act here, with ArduCopter's names, defaults and meanings.
+"""The ArduCopter parameters that act here, and some that clients ask for.
 
 Names are those of the 4.7 development branch in which `PSC_*` and `MAV_*` were renamed and the
 `WPNAV_*` were not yet.  Source: ArduPilot's parameter reference
@@ -19,7 +19,6 @@ _INT = ParameterType.INT32
 _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     # name, type, default, minimum, maximum, meaning
     ("ANGLE_MAX", _INT, 3000, 1000, 8000, "lean limit of position control, cdeg"),
-    ("ARMING_CHECK", _INT, 1, 0, 2097151, "which checks run before arming; 0: the mandatory ones"),
     ("ATC_ACCEL_P_MAX", _REAL, 110000, 0, 180000, "pitch acceleration limit, cdeg/s2; 0 none"),
     ("ATC_ACCEL_R_MAX", _REAL, 110000, 0, 180000, "roll acceleration limit, cdeg/s2; 0 none"),
     ("ATC_ACCEL_Y_MAX", _REAL, 27000, 0, 72000, "yaw acceleration limit, cdeg/s2; 0 none"),
@@ -57,36 +56,18 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("ATC_RAT_YAW_IMAX", _REAL, 0.5, 0.0, 1.0, "yaw rate integrator limit"),
     ("ATC_RAT_YAW_P", _REAL, 0.18, 0.0, 2.5, "yaw rate P"),
     ("ATC_SLEW_YAW", _REAL, 6000, 500, 18000, "yaw slew of autonomous modes, cdeg/s"),
-    ("BATT_CAPACITY", _INT, 3300, 0, 1000000, "capacity, mAh"),
-    ("BATT_MONITOR", _INT, 4, 0, 30, "4: voltage and current"),
     ("DISARM_DELAY", _INT, 10, 0, 127, "disarm when idle on the ground for this long, s; 0 never"),
-    ("FENCE_ENABLE", _INT, 0, 0, 1, "geofence"),
-    ("FLTMODE_CH", _INT, 5, 0, 16, "channel of the mode switch"),
-    ("FORMAT_VERSION", _INT, 120, 0, 255, "of the parameters' storage"),
-    ("FRAME_CLASS", _INT, 1, 0, 17, "1: quad"),
-    ("FRAME_TYPE", _INT, 1, 0, 19, "1: X"),
-    ("FS_CRASH_CHECK", _INT, 1, 0, 1, "disarm after a crash"),
-    ("FS_EKF_ACTION", _INT, 1, 0, 3, "on estimator failure"),
     ("FS_GCS_ENABLE", _INT, 0, 0, 7, "ground station lost: 0 nothing, 5 land, 7 brake, else RTL"),
     ("FS_GCS_TIMEOUT", _REAL, 5.0, 2.0, 120.0, "the ground station is lost after this, s"),
-    ("FS_OPTIONS", _INT, 16, 0, 63, "bit 4: modes for sticks go on without a ground station"),
-    ("FS_THR_ENABLE", _INT, 1, 0, 7, "on loss of the remote control"),
     ("GUID_OPTIONS", _INT, 0, 0, 255, "bit 3: thrust is throttle, not a climb rate"),
     ("GUID_TIMEOUT", _REAL, 3.0, 0.1, 5.0, "a target holds this long in GUIDED, s"),
     ("INS_GYRO_FILTER", _INT, 20, 0, 256, "low-pass of the body rates, Hz; 0 off"),
     ("LAND_ALT_LOW", _REAL, 1000, 100, 10000, "sink at LAND_SPEED below this height, cm"),
     ("LAND_SPEED", _INT, 50, 30, 200, "landing speed, cm/s"),
     ("LAND_SPEED_HIGH", _INT, 0, 0, 500, "sink rate above LAND_ALT_LOW, cm/s; 0: WPNAV_SPEED_DN"),
-    ("MAV1_EXTRA1", _INT, 0, 0, 50, "legacy rate on the first link, Hz"),
-    ("MAV1_EXTRA2", _INT, 0, 0, 50, "legacy rate on the first link, Hz"),
-    ("MAV1_EXTRA3", _INT, 0, 0, 50, "legacy rate on the first link, Hz"),
-    ("MAV1_EXT_STAT", _INT, 0, 0, 50, "legacy rate on the first link, Hz"),
-    ("MAV1_POSITION", _INT, 0, 0, 50, "legacy rate on the first link, Hz"),
-    ("MAV1_RAW_SENS", _INT, 0, 0, 50, "legacy rate on the first link, Hz"),
-    ("MAV1_RC_CHAN", _INT, 0, 0, 50, "legacy rate on the first link, Hz"),
     ("MAV_GCS_SYSID", _INT, 255, 1, 255, "system id of the ground station that must be heard"),
-    ("MAV_SYSID", _INT, 1, 1, 255, "MAVLink system id, read at start"),
-    ("MIS_TOTAL", _INT, 1, 0, 32766, "items of the mission, home included"),
+    ("MAV_SYSID", _INT, 1, 1, 255, "MAVLink system id; a change is kept, without effect here"),
+    ("MIS_TOTAL", _INT, 1, 0, 32766, "items of the mission, home included; told, not obeyed"),
     ("MOT_HOVER_LEARN", _INT, 2, 0, 2, "0: MOT_THST_HOVER stays, 1: learned, 2: and saved"),
     ("MOT_SPIN_ARM", _REAL, 0.1, 0.0, 0.3, "signal of a motor that idles"),
     ("MOT_SPOOL_TIME", _REAL, 0.5, 0.05, 2.0, "from idle to full range, s"),
@@ -96,7 +77,6 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("PILOT_SPEED_DN", _INT, 0, 0, 500, "sink rate of the stick, cm/s; 0: PILOT_SPEED_UP"),
     ("PILOT_SPEED_UP", _INT, 250, 10, 500, "climb rate of the stick, cm/s"),
     ("PILOT_THR_FILT", _REAL, 0.0, 0.0, 10.0, "filter of a throttle that is given, Hz; 0 off"),
-    ("PSC_D_ACC_D", _REAL, 0.0, 0.0, 0.02, "vertical acceleration D"),
     ("PSC_D_ACC_FLTE", _REAL, 20.0, 0.0, 100.0, "vertical acceleration: filter of the error, Hz"),
     ("PSC_D_ACC_I", _REAL, 0.1, 0.0, 0.3, "vertical acceleration I"),
     ("PSC_D_ACC_IMAX", _REAL, 0.8, 0.0, 1.0, "vertical acceleration integrator limit, throttle"),
@@ -113,13 +93,10 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("PSC_NE_VEL_I", _REAL, 1.0, 0.0, 2.0, "horizontal velocity I, 1/s2"),
     ("PSC_NE_VEL_IMAX", _REAL, 10.0, 0.0, 45.0, "horizontal velocity integrator limit, m/s2"),
     ("PSC_NE_VEL_P", _REAL, 2.0, 0.1, 6.0, "horizontal velocity P, 1/s"),
-    ("RC7_OPTION", _INT, 7, 0, 1000, "what the switch on channel 7 does"),
     ("RTL_ALT", _INT, 1500, 30, 300000, "return altitude above home, cm"),
     ("RTL_ALT_FINAL", _INT, 0, 0, 1000, "0: land at home; else stay this high, cm"),
     ("RTL_LOIT_TIME", _INT, 5000, 0, 60000, "wait above home, ms"),
-    ("SIM_SPEEDUP", _REAL, 1.0, 0.0, 100.0, "simulated seconds per second: read at start"),
-    ("STAT_RUNTIME", _INT, 0, 0, 2147483647, "total time switched on, s"),
-    ("SYSID_ENFORCE", _INT, 0, 0, 1, "1: only the ground station's messages count"),
+    ("SIM_SPEEDUP", _REAL, 1.0, 0.0, 100.0, "speed of time; a change is kept, without effect here"),
     ("TKOFF_SLEW_TIME", _REAL, 2.0, 0.25, 5.0, "throttle ramp of a take-off, s"),
     ("WPNAV_ACCEL", _REAL, 250, 50, 500, "horizontal acceleration of autonomous modes, cm/s2"),
     ("WPNAV_ACCEL_Z", _REAL, 100, 50, 500, "vertical acceleration of autonomous modes, cm/s2"),
@@ -129,9 +106,36 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("WPNAV_SPEED_UP", _REAL, 250, 10, 1000, "climb rate of autonomous modes and GUIDED, cm/s"),
 )
 
-DEFINITIONS: tuple[ParameterDefinition, ...] = tuple(
-    ParameterDefinition(name, kind, default, minimum, maximum, meaning)
-    for name, kind, default, minimum, maximum, meaning in _TABLE
+_KEPT: tuple[tuple[str, ParameterType, float, float, float], ...] = (
+    # name, type, default, minimum, maximum: clients ask for these
+    ("ARMING_CHECK", _INT, 1, 0, 2097151),
+    ("BATT_CAPACITY", _INT, 3300, 0, 1000000),
+    ("BATT_MONITOR", _INT, 4, 0, 30),
+    ("FENCE_ENABLE", _INT, 0, 0, 1),
+    ("FLTMODE_CH", _INT, 5, 0, 16),
+    ("FORMAT_VERSION", _INT, 120, 0, 255),
+    ("FRAME_CLASS", _INT, 1, 0, 17),
+    ("FRAME_TYPE", _INT, 1, 0, 19),
+    ("FS_CRASH_CHECK", _INT, 1, 0, 1),
+    ("FS_EKF_ACTION", _INT, 1, 0, 3),
+    ("FS_OPTIONS", _INT, 16, 0, 63),
+    ("FS_THR_ENABLE", _INT, 1, 0, 7),
+    ("MAV1_EXTRA1", _INT, 0, 0, 50),
+    ("MAV1_EXTRA2", _INT, 0, 0, 50),
+    ("MAV1_EXTRA3", _INT, 0, 0, 50),
+    ("MAV1_EXT_STAT", _INT, 0, 0, 50),
+    ("MAV1_POSITION", _INT, 0, 0, 50),
+    ("MAV1_RAW_SENS", _INT, 0, 0, 50),
+    ("MAV1_RC_CHAN", _INT, 0, 0, 50),
+    ("PSC_D_ACC_D", _REAL, 0.0, 0.0, 0.02),
+    ("RC7_OPTION", _INT, 7, 0, 1000),
+    ("STAT_RUNTIME", _INT, 0, 0, 2147483647),
+    ("SYSID_ENFORCE", _INT, 0, 0, 1),
+)
+
+DEFINITIONS: tuple[ParameterDefinition, ...] = (
+    *(ParameterDefinition(*row) for row in _TABLE),
+    *(ParameterDefinition(*row, "kept, without effect here") for row in _KEPT),
 )
 
 

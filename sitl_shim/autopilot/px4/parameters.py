@@ -42,7 +42,7 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("LNDMC_TRIG_TIME", _REAL, 1.0, 0.1, 10.0, "all conditions of landing hold for this, s"),
     ("LNDMC_XY_VEL_MAX", _REAL, 1.5, 0.0, 10.0, "landed only below this speed, m/s"),
     ("LNDMC_Z_VEL_MAX", _REAL, 0.25, 0.0, 10.0, "landed only below this vertical speed, m/s"),
-    ("MAV_SYS_ID", _INT, 1, 1, 250, "MAVLink system id, read at start"),
+    ("MAV_SYS_ID", _INT, 1, 1, 250, "MAVLink system id; a change is kept, without effect here"),
     ("MC_AIRMODE", _INT, 0, 0, 1, "1: thrust may rise to keep roll and pitch"),
     ("MC_PITCHRATE_D", _REAL, 0.003, 0.0, 1.0, "pitch rate D"),
     ("MC_PITCHRATE_FF", _REAL, 0.0, 0.0, 1.0, "pitch rate feed-forward"),

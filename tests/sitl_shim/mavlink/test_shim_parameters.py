@@ -1,15 +1,22 @@
 """The parameter protocol over PX4's names; and that what is set acts."""
 
+import inspect
 import struct
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import sitl_shim
+from sitl_shim.autopilot.ardupilot import parameters as copter_parameters
+from sitl_shim.autopilot.px4 import parameters as px4_parameters
+from sitl_shim.mavlink.endpoint import Shim
 from sitl_shim.mavlink.services.parameter_messages import decode_value, encode_value
 from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.mavlink.wire import dialect
 from sitl_shim.simulation import ShimOptions
+from tests.sitl_shim.mavlink.mission_client import WAYPOINT, item, upload
 from tests.sitl_shim.mavlink.shim_client import ARM, ShimClient
 
 _INT32, _REAL32, _UINT32 = 6, 9, 5
@@ -215,3 +222,53 @@ def test_ardupilots_list_has_no_hash_and_tells_places(copter: ShimClient) -> Non
     values = copter.messages("PARAM_VALUE")
     assert [m.param_index for m in values] == list(range(values[0].param_count))
     assert "_HASH_CHECK" not in {m.param_id for m in values}
+
+
+@pytest.mark.parametrize("flavour", ["px4", "ardupilot"])
+def test_a_parameter_that_claims_an_effect_is_read_somewhere(flavour: str) -> None:
+    package = Path(sitl_shim.__file__).parent
+    source = "".join(
+        path.read_text()
+        for path in sorted(package.rglob("*.py"))
+        if path.name != "parameters.py" or "autopilot" not in path.parts
+    )
+    source += inspect.getsource(px4_parameters.aiding_of)
+    source += inspect.getsource(px4_parameters.scale_timeouts)
+    definitions = {"px4": px4_parameters, "ardupilot": copter_parameters}[flavour].DEFINITIONS
+    acting = [d.name for d in definitions if "without effect here" not in d.meaning]
+    axes = ("_RAT_", "_ACCEL_", "_RATE_", "ROLL", "PITCH", "YAW")
+    unread = [n for n in acting if n not in source and not any(axis in n for axis in axes)]
+
+    assert len(acting) > 60
+    assert unread == []
+
+
+@pytest.mark.parametrize(("autopilot", "name"), [("px4", "MAV_SYS_ID"), ("ardupilot", "MAV_SYSID")])
+def test_a_parameter_tells_the_system_id(autopilot: str, name: str) -> None:
+    options = ShimOptions(autopilot=autopilot, boot_scale=0.02, system_id=7)
+    assert Shim(options, (LinkKind.ONBOARD,)).simulation.autopilot.parameters[name] == 7.0
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "name", "option"),
+    [
+        ("px4", "MAV_SYS_ID", "--system-id"),
+        ("ardupilot", "MAV_SYSID", "--system-id"),
+        ("ardupilot", "SIM_SPEEDUP", "--speed"),
+    ],
+)
+def test_what_an_option_says_is_refused_as_a_parameter(
+    autopilot: str, name: str, option: str
+) -> None:
+    with pytest.raises(ValueError, match=f"{name} .*{option}"):
+        Shim(ShimOptions(autopilot=autopilot, parameters={name: 2.0}), (LinkKind.ONBOARD,))
+
+
+def test_mis_total_follows_the_mission(copter: ShimClient) -> None:
+    parameters = copter.simulation.autopilot.parameters
+    assert parameters["MIS_TOTAL"] == 1.0
+    assert upload(copter, [item(copter, seq, WAYPOINT, 5.0, 5.0, 5.0) for seq in range(4)]) == 0
+    assert parameters["MIS_TOTAL"] == 4.0
+    copter.send(dialect.MAVLink_mission_clear_all_message(1, 1, 0))
+    copter.run(0.1)
+    assert parameters["MIS_TOTAL"] == 1.0
