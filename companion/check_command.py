@@ -149,6 +149,10 @@ def _restore_list(request: CheckRequest, config: FlightConfig) -> RestoreList | 
 
 def _restore_file(request: CheckRequest) -> Path | None:
     if not request.fix:
+        if request.out is not None and request.restore is not None:
+            raise ConfigError(
+                "--out does not go with --restore: its list is read, none is written."
+            )
         if request.out is not None:
             raise ConfigError("--out names the restore file of --fix: give both, or neither.")
         return None

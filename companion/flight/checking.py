@@ -10,18 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from companion.config.resolve import FlightConfig
+from companion.flight.check_settings import fix_for_good, restore_list
 from companion.flight.connection import Connection
 from companion.flight.errors import FlightAbortedError, LinkLostError
-from companion.flight.fixing import note_changes, restore_parameters, set_parameters
 from companion.flight.inspection import gather
 from companion.flight.plan_to_check import plan_to_check
-from companion.flight.restore_file import RestoreFileError, RestoreList
+from companion.flight.restore_file import RestoreList
 from companion.link.link import Link
 from companion.mavlink.commands import message_interval
 from companion.mavlink.signing import Signing
 from companion.preflight.facts import Facts
-from companion.preflight.finding import Finding, ParameterChange, Verdict, accepting
-from companion.preflight.judgement import judge, mend
+from companion.preflight.finding import Finding, Verdict, accepting
+from companion.preflight.judgement import judge
 from companion.trajectories.trajectory import Trajectory
 
 _MEASURED_S = 3.0
@@ -112,7 +112,8 @@ async def _check(order: CheckOrder, connection: Connection, tell: Tell) -> Check
     mission = order.config.mission
     await _connect(order, connection)
     if order.restore is not None:
-        return await _restore(order.restore, connection, tell)
+        what_came, restored = await restore_list(order.restore, connection, tell)
+        return Checked(what_came, None, restored)
     try:
         await connection.request_streams(mission.state_rate_hz)
         with contextlib.suppress(FlightAbortedError):
@@ -128,11 +129,10 @@ async def _check(order: CheckOrder, connection: Connection, tell: Tell) -> Check
         )
         _refuse_silence(connection)
         plan = plan_to_check(order.config, order.trajectory, connection.our_system_id)
-        if order.fix_into is None:
-            findings = judge(facts, plan)
-        else:
-            changes, findings = mend(facts, plan, connection.dialect.thrust_meaning)
-            findings += await _fix(changes, connection, order.fix_into, tell)
+        done: list[Finding] = []
+        if order.fix_into is not None:
+            facts, done = await fix_for_good(facts, plan, connection, order.fix_into, tell)
+        findings = [*judge(facts, plan), *done]
         return Checked(tuple(accepting(findings, mission.preflight.accept)), facts)
     finally:
         with contextlib.suppress(FlightAbortedError):
@@ -203,42 +203,3 @@ def _refuse_silence(connection: Connection) -> None:
                 "Look after the link, then check again.",
             )
         )
-
-
-async def _fix(
-    changes: list[ParameterChange], connection: Connection, path: Path, tell: Tell
-) -> list[Finding]:
-    """Set what should be otherwise, for good; give what came of it."""
-    if not changes:
-        return [Finding("--fix", "nothing had to be set")]
-    try:
-        note_changes(connection, changes, path)
-    except RestoreFileError as error:
-        return [Finding("--fix", str(error), Verdict.REFUSAL)]
-    problems = await set_parameters(connection, changes, tell)
-    if problems:
-        return [Finding("--fix", problem, Verdict.REFUSAL) for problem in problems]
-    names = ", ".join(change.name for change in changes)
-    return [Finding("--fix", f"set {names}; {path} lists what they were", Verdict.NOTE)]
-
-
-async def _restore(wanted: RestoreList, connection: Connection, tell: Tell) -> Checked:
-    if (wanted.autopilot, wanted.system_id) != (
-        connection.dialect.name,
-        connection.target.system_id,
-    ):
-        problem = (
-            f"the file is of system {wanted.system_id} ({wanted.autopilot}), this is system "
-            f"{connection.target.system_id} ({connection.dialect.name})"
-        )
-        advice = "Connect to the vehicle that the parameters were set on."
-        return Checked((Finding("--restore", problem, Verdict.REFUSAL, advice),), None)
-    if connection.reports.armed:
-        problem = "the vehicle is armed"
-        return Checked(
-            (Finding("--restore", problem, Verdict.REFUSAL, "Land and disarm first."),), None
-        )
-    problems = await restore_parameters(connection, wanted.changes, tell)
-    names = ", ".join(change.name for change in wanted.changes)
-    found = tuple(Finding("--restore", problem, Verdict.REFUSAL) for problem in problems)
-    return Checked(found or (Finding("--restore", f"done: {names}"),), None, not problems)

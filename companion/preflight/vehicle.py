@@ -11,6 +11,18 @@ _LANDED = {0: "it does not say whether it stands", 1: "on the ground", 2: "in th
 _IN_AIR = (2, 3, 4)
 
 
+def in_use(*, armed: bool, landed_state: int) -> str:
+    """How the vehicle is, if it does not stand disarmed; empty if it does.
+
+    Args:
+        armed: its motors may turn.
+        landed_state: MAV_LANDED_STATE.
+    """
+    if armed:
+        return "armed"
+    return _LANDED[landed_state] if landed_state in _IN_AIR else ""
+
+
 def judge_vehicle(identity: Identity) -> list[Finding]:
     """Findings on the autopilot and its state."""
     return [_autopilot(identity), _state(identity)]

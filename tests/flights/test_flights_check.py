@@ -279,6 +279,101 @@ def test_fix_sets_what_was_named_says_so_and_lists_it_before(flavour, bad, names
     assert changes_of(check(flavour, parameters=now).findings) == []
 
 
+def as_if(base_mode=None, landed_state=None):
+    """The vehicle says that it is armed, or not on the ground."""
+    heartbeat = struct.Struct("<IBBBBB")
+
+    def tamper(packet):
+        if packet.component_id != 1:
+            return packet.raw
+        if packet.message_id == MessageId.HEARTBEAT and base_mode is not None:
+            mode, kind, autopilot, base, *rest = packet.fields(heartbeat)
+            return packet.with_payload(
+                heartbeat.pack(mode, kind, autopilot, base | base_mode, *rest)
+            )
+        if packet.message_id == MessageId.EXTENDED_SYS_STATE and landed_state is not None:
+            return packet.with_payload(bytes([0, landed_state]))
+        return packet.raw
+
+    return tamper
+
+
+@pytest.mark.parametrize("flavour", FLAVOURS)
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [({"base_mode": 0x80}, "armed"), ({"landed_state": 2}, "in the air")],
+)
+def test_fix_sets_nothing_on_a_vehicle_that_is_in_use(flavour, state, text, tmp_path):
+    """A failsafe set for good lands a flying vehicle once the check has ended."""
+    listener, path = Listener(from_shim=as_if(**state)), tmp_path / "restore.json"
+    bad = {"COM_OF_LOSS_T": 10.0} if flavour == "px4" else {}
+    checked = check(flavour, parameters=bad, listener=listener, fix_into=path)
+    assert MessageId.PARAM_SET not in listener.message_ids
+    assert not path.exists()
+    found = finding_of(checked, "--fix")
+    assert found.verdict == "refusal"
+    assert f"nothing is set: the vehicle is {text}" in found.found
+    assert found.advice == "Land and disarm first."
+    assert finding_of(checked, "state").verdict == "refusal"
+    # What would have been set is still named.
+    assert changes_of(checked.findings)
+
+
+def test_fix_sets_no_further_once_the_vehicle_is_armed(tmp_path):
+    listener, armed = Listener(), as_if(base_mode=0x80)
+
+    def arm_at_the_first(packet):
+        begun = MessageId.PARAM_SET in listener.message_ids
+        return armed(packet) if begun else packet.raw
+
+    listener.from_shim = arm_at_the_first
+    lose_first(listener, "GUID_TIMEOUT", 3)
+    checked = check("ardupilot", listener=listener, fix_into=tmp_path / "restore.json")
+    assert sets(listener) == {"GUID_TIMEOUT"}
+    problems = [f.found for f in checked.findings if f.subject == "--fix"]
+    assert problems == [
+        "MAV_GCS_SYSID was not set: the vehicle is armed.",
+        "FS_GCS_ENABLE was not set: the vehicle is armed.",
+    ]
+
+
+def sets(listener):
+    layout = struct.Struct("<fBB16sB")
+    asked = [p.fields(layout) for p in listener.sent if p.message_id == MessageId.PARAM_SET]
+    return {fields[3].rstrip(b"\0").decode() for fields in asked}
+
+
+def lose_first(listener, name, count):
+    """The companion's first so many requests to set a parameter are lost on the way."""
+    layout, to_shim, lost = struct.Struct("<fBB16sB"), listener.to_shim, []
+
+    def lose(raw):
+        raw = to_shim(raw)
+        packet = listener.sent[-1]
+        if packet.message_id != MessageId.PARAM_SET or len(lost) == count:
+            return raw
+        if not packet.fields(layout)[3].startswith(name.encode()):
+            return raw
+        lost.append(packet)
+        return b""
+
+    listener.to_shim = lose
+
+
+def test_what_could_not_be_set_is_judged_as_it_is_then(tmp_path):
+    listener = Listener()
+    lose_first(listener, "FS_GCS_ENABLE", 100)
+    checked = check("ardupilot", listener=listener, fix_into=tmp_path / "restore.json")
+    assert sets(listener) == {"GUID_TIMEOUT", "MAV_GCS_SYSID", "FS_GCS_ENABLE"}
+    assert "FS_GCS_ENABLE could not be set" in finding_of(checked, "--fix").found
+    assert finding_of(checked, "FS_GCS_ENABLE").verdict == "warning"
+    assert finding_of(checked, "FS_GCS_ENABLE").found == "0: nothing catches a dead companion"
+    assert finding_of(checked, "GUID_TIMEOUT").verdict == "ok"
+    assert [change.name for change in changes_of(checked.findings)] == ["FS_GCS_ENABLE"]
+    assert checked.facts.parameters["FS_GCS_ENABLE"] == 0.0
+    assert checked.facts.parameters["GUID_TIMEOUT"] == 0.5
+
+
 def test_fix_does_not_write_over_the_list_of_an_earlier_flight(tmp_path):
     path = tmp_path / "restore.json"
     path.write_text("{}")

@@ -38,6 +38,8 @@ def test_restoring_needs_a_vehicle_and_a_list_and_nothing_to_set(tmp_path):
         run_check(request(overrides=connected, restore=path))
     with pytest.raises(BadInputError, match="give one of them"):
         run_check(request(overrides=connected, restore=path, fix=True))
+    with pytest.raises(BadInputError, match="--out does not go with --restore"):
+        run_check(request(overrides=connected, restore=path, out=path))
     with pytest.raises(BadInputError, match="--out names the restore file"):
         run_check(request(overrides=connected, out=path))
 
