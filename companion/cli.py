@@ -113,7 +113,8 @@ def fly(
     Before arming it checks what `companion check` does; warnings are told, a refusal is final.
 
     Exit status: 0 landed, 2 bad input, 3 refused by a check, 4 aborted safely.
-    Ctrl-C lands; a second Ctrl-C hands over to the autopilot at once.
+    Ctrl-C lands; a second Ctrl-C hands over to the autopilot at once. After somebody else has
+    taken over, it leaves the vehicle to them: only `companion land` lands then.
     """
     from companion.fly_command import BadInputError, FlyRequest, run_fly
 

@@ -97,7 +97,7 @@ class Authority:
             return HandedOverError(f"{_ABORTED}: {self._after_abort()}")
         if self._streaming and not stream.running:
             return HandedOverError(stream.stopped_because)
-        if command is PilotCommand.LAND:
+        if command in (PilotCommand.LAND, PilotCommand.END):
             if not self._landing:
                 return LandingAskedError()
             self._voice.tell("info", "landing already")

@@ -58,7 +58,7 @@ async def wait_for_word(flight: Flight, reason: str) -> PilotCommand:
     voice.tell(
         "warning",
         f"handed over: {reason}. `companion resume` flies on, `companion land` lands; "
-        "else the autopilot flies",
+        "Ctrl-C leaves it to who flies it; else the autopilot flies",
     )
     await flight.stream.handing_over.finished()
     word: PilotCommand | None = None
@@ -90,7 +90,7 @@ async def wait_for_word(flight: Flight, reason: str) -> PilotCommand:
         raise FlightOverError(f"{reason}; the autopilot restarted in flight")
     if word is None:
         raise FlightOverError(f"{reason}; the autopilot has landed and disarmed the vehicle")
-    if word is PilotCommand.ABORT:
+    if word in (PilotCommand.ABORT, PilotCommand.END):
         remark = await leave(flight)
         raise FlightOverError(f"{reason}; aborted by command, {_left(flight, remark)}")
     return word

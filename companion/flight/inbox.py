@@ -12,6 +12,8 @@ class PilotCommand(Enum):
     """Land where the vehicle is, by the autopilot's own landing."""
     ABORT = "abort"
     """Stop commanding at once and leave the vehicle to the autopilot's failsafe."""
+    END = "end"
+    """What a signal asks for: land if the companion flies; leave the vehicle to who else does."""
     RESUME = "resume"
     """Take control again after a hand-over or a takeover, and fly the trajectory anew."""
 

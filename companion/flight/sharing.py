@@ -114,12 +114,12 @@ async def _stay_for_the_pilot(flight: Flight, forwarder: Forwarder) -> None:
     flight.voice.tell(
         "warning",
         "the vehicle is armed: the link stays shared with the ground station until it is "
-        "disarmed. `companion abort`, or Ctrl-C twice, ends that",
+        "disarmed. `companion abort`, or Ctrl-C, ends that",
     )
 
     def enough() -> bool:
         word = flight.inbox.take()
-        return word is PilotCommand.ABORT or not connection.reports.armed
+        return word in (PilotCommand.ABORT, PilotCommand.END) or not connection.reports.armed
 
     with contextlib.suppress(FlightAbortedError):
         await connection.waiting.until(enough, None, lambda: "")

@@ -1,4 +1,8 @@
-"""Ctrl-C while flying: lands; once more hands over; SIGTERM lands."""
+"""Ctrl-C while flying: lands; once more hands over; SIGTERM lands.
+
+After a hand-over any of them leaves the vehicle to who flies it: who ends a program, or the system
+that shuts down, does not ask for a landing under the pilot.
+"""
 
 import asyncio
 import contextlib
@@ -19,15 +23,19 @@ def commands_by_signal(inbox: Inbox, observer: Observer) -> Iterator[None]:
 
     def on_interrupt() -> None:
         if inbox.interrupts == 0:
-            observer.message("warning", "Ctrl-C: landing. Once more hands over to the autopilot.")
-            inbox.put(PilotCommand.LAND)
+            observer.message(
+                "warning",
+                "Ctrl-C: landing if the companion flies, else leaving the vehicle to who does. "
+                "Once more hands over to the autopilot.",
+            )
+            inbox.put(PilotCommand.END)
         else:
             inbox.put(PilotCommand.ABORT)
         inbox.interrupts += 1
 
     try:
         loop.add_signal_handler(signal.SIGINT, on_interrupt)
-        loop.add_signal_handler(signal.SIGTERM, inbox.put, PilotCommand.LAND)
+        loop.add_signal_handler(signal.SIGTERM, inbox.put, PilotCommand.END)
     except (ValueError, RuntimeError):
         yield
         return

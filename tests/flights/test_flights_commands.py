@@ -161,6 +161,32 @@ def test_ctrl_c_lands_and_then_hands_over_in_lockstep_too(bench, presses, outcom
         assert flown.wire.armed[-1][1] is False
 
 
+@pytest.mark.skipif(
+    threading.current_thread() is not threading.main_thread(), reason="signals need the main thread"
+)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("when", ["before it is known", "after it"])
+def test_a_signal_does_not_land_under_a_pilot_who_has_taken_over(bench, number, when):
+    """Neither does one that came a moment before the companion heard of the pilot."""
+
+    def interrupt():
+        os.kill(os.getpid(), number)
+
+    bench.after("track", 1.0, lambda: bench.wire.change_mode("loiter"))
+    if when == "after it":
+        bench.after("handed over", 2.0, interrupt)
+    else:
+        bench.after("handed over", 0.0, lambda: bench.inbox.put(PilotCommand.END))
+    flown = bench.fly(settings={"timeouts.handed_over_s": "60"})
+    assert flown.outcome.outcome == "aborted"
+    assert "aborted by command, the vehicle is left to the autopilot" in flown.outcome.note
+    assert len(flown.told("Ctrl-C leaves it to who flies it")) == 1
+    handed = flown.began("handed over")
+    assert [m for t, *m in flown.wire.mode_requests() if t > handed] == []
+    assert flown.wire.armed[-1][1] is True
+    assert flown.records("event")[-1].time_s - handed < 2.5
+
+
 def test_a_take_off_that_was_given_up_is_not_asked_for_again(bench):
     """Nobody answers to the take-off; the person wants to land instead."""
 
