@@ -10,6 +10,7 @@ from companion.config.yaml_source import ConfigError, Source
 Model = TypeVar("Model", bound=BaseModel)
 
 _LONGEST_SHOWN = 80
+_UNKNOWN = "extra_forbidden"
 
 
 def validate(model: type[Model], source: Source) -> Model:
@@ -22,16 +23,33 @@ def validate(model: type[Model], source: Source) -> Model:
     try:
         return model.model_validate(source.data)
     except ValidationError as error:
-        faults = [_sentence(model, source, dict(fault)) for fault in error.errors()]
-        raise ConfigError("\n".join(dict.fromkeys(faults))) from error
+        faults = [dict(fault) for fault in error.errors()]
+        glued = {_intended(_path(fault)) for fault in faults if fault["type"] == _UNKNOWN}
+        sentences = [
+            _sentence(model, source, fault)
+            for fault in faults
+            if fault["type"] != "missing" or _path(fault) not in glued
+        ]
+        raise ConfigError("\n".join(dict.fromkeys(sentences))) from error
+
+
+def _path(fault: dict[str, Any]) -> tuple[str, ...]:
+    return tuple(str(part) for part in fault["loc"])
+
+
+def _intended(path: tuple[str, ...]) -> tuple[str, ...]:
+    """Where an unknown key leads if what follows a colon in it was meant as its value."""
+    return (*path[:-1], path[-1].partition(":")[0])
 
 
 def _sentence(model: type[BaseModel], source: Source, fault: dict[str, Any]) -> str:
-    path = tuple(str(part) for part in fault["loc"])
+    path = _path(fault)
     where = _where(source, path)
     key = ".".join(path)
-    if fault["type"] == "extra_forbidden":
+    if fault["type"] == _UNKNOWN:
         known = _known_keys(model, path[:-1])
+        if ":" in path[-1]:
+            return f"{where}: {_glued(path, known)}"
         longer = [name for name in known if path[-1] and name.startswith(path[-1])]
         close = difflib.get_close_matches(path[-1], known, n=1) or longer
         remedy = f"Did you mean '{close[0]}'?" if close else f"Known keys: {', '.join(known)}."
@@ -47,6 +65,20 @@ def _sentence(model: type[BaseModel], source: Source, fault: dict[str, Any]) -> 
     text = (text[0].lower() + text[1:]).replace("tuple", "list")  # which it is in YAML
     given = f" (given: {_shown(fault.get('input'))})" if path else ""
     return f"{where}: {f'{key!r}: ' if path else ''}{text}{given}.{_remedy(fault)}"
+
+
+def _glued(path: tuple[str, ...], known: list[str]) -> str:
+    """What is wrong with a key that has a colon in it: in YAML that alone ends no key."""
+    key, _, value = path[-1].partition(":")
+    inside = f" in '{'.'.join(path[:-1])}'" if path[:-1] else ""
+    return (
+        f"unknown key {_shown(path[-1])}{inside}: YAML wants a space after the colon. Write "
+        f"{key}: {_shown_value(value)}. Known keys: {', '.join(known)}."
+    )
+
+
+def _shown_value(text: str) -> str:
+    return text if len(text) <= _LONGEST_SHOWN else text[:_LONGEST_SHOWN] + "…"
 
 
 def _where(source: Source, path: tuple[str, ...]) -> str:
@@ -83,17 +115,19 @@ def _shown(value: object) -> str:
     return text if len(text) <= _LONGEST_SHOWN else text[:_LONGEST_SHOWN] + "…"
 
 
-def _without_none(annotation: Any) -> Any:  # noqa: ANN401 - of any field
-    """The model of a section that may be left out."""
-    for part in get_args(annotation):
-        if hasattr(part, "model_fields"):
-            return part
-    return annotation
+def _section_in(annotation: Any) -> Any:  # noqa: ANN401 - of any field
+    """The model of a section that may be left out, or of those in a list."""
+    if hasattr(annotation, "model_fields"):
+        return annotation
+    found = (_section_in(part) for part in get_args(annotation))
+    return next((section for section in found if section is not None), None)
 
 
 def _known_keys(model: type[BaseModel], path: tuple[str, ...]) -> list[str]:
     current: Any = model
     for part in path:
+        if part.isdigit():
+            continue  # of a list: its entries' section is known already
         field = current.model_fields.get(part) if hasattr(current, "model_fields") else None
-        current = _without_none(field.annotation) if field is not None else None
+        current = _section_in(field.annotation) if field is not None else None
     return sorted(current.model_fields) if hasattr(current, "model_fields") else []

@@ -245,12 +245,32 @@ def test_set_reaches_mission_controller_and_vehicle():
         ("hover_s", "[", "--set hover_s=[: not YAML"),
         ("hover_s", "&a [*a]", "--set hover_s=&a [*a]: YAML aliases"),
         ("a..b", "1", "--set a..b: unknown key 'a'"),
+        (
+            "link.forward",
+            "[{urls: x, zzz: 1}]",
+            "unknown key 'link.forward.0.zzz'. Known keys: allow_commands, allow_setpoints, ",
+        ),
+        ("link.signing", "{zzz: 1}", "'link.signing.zzz'. Known keys: key_file, link_id."),
     ],
 )
 def test_a_wrong_set_is_told_by_its_key_and_not_by_a_line(key, value, says, tmp_path):
     text = load_fault("hover_s: 3\n", {key: value}, folder=tmp_path)
     assert says in text
     assert "line 1: '" not in text
+
+
+def test_a_colon_without_a_space_is_told_with_the_known_keys(tmp_path):
+    text = load_fault("seed: 3\n", {"link.forward": "[{url:'udpin://h:1'}]"}, folder=tmp_path)
+    assert text == (
+        "--set link.forward: unknown key \"url:'udpin://h:1'\" in 'link.forward.0': YAML wants a "
+        "space after the colon. Write url: 'udpin://h:1'. Known keys: allow_commands, "
+        "allow_setpoints, remote, truth, url."
+    )
+    text = load_fault("preflight: {fix:true}\n", folder=tmp_path)
+    assert "line 1: unknown key 'fix:true' in 'preflight': YAML wants a space" in text
+    assert "Write fix: true. Known keys: accept, battery" in text
+    long = load_fault("seed: 3\n", {"link.signing": f"{{key:{'a' * 300}}}"}, folder=tmp_path)
+    assert len(long) < 400
 
 
 def test_a_wrong_option_is_told_by_its_name(tmp_path):
