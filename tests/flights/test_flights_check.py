@@ -269,6 +269,7 @@ def test_fix_sets_what_was_named_says_so_and_lists_it_before(flavour, bad, names
     checked = check(flavour, parameters=bad, told=told, listener=listener, fix_into=path)
     assert [text.split()[1] for _, text in told] == names
     assert all(" from " in text and ": " in text for _, text in told)
+    assert {severity for severity, _ in told} == {"warning"}  # shown without --verbose
     listed = read_restore_file(path)
     assert (listed.autopilot, listed.system_id) == (flavour, 1)
     assert [change.name for change in listed.changes] == names

@@ -106,6 +106,8 @@ def test_fix_sets_on_the_ground_and_sets_back_after_landing(bench, autopilot, pa
     for name in names:
         (set_at,) = flown.told(f"set {name}")
         (restored_at,) = flown.told(f"restored {name}")
+        severities = [s for _, s, t in flown.seen.messages if f"set {name}" in t]
+        assert severities == ["warning"]  # shown without --verbose
         assert set_at < flown.began("arm") < flown.began("land") < restored_at
 
 
