@@ -1,6 +1,7 @@
 """Real clients over real sockets on the link of a flight: MAVSDK, and pymavlink as MAVProxy has it.
 
-The flights run on the wall clock, as processes of their own.
+The flights run as processes of their own, at twice the speed of the wall clock, and each shows as
+much as fits together: such a flight takes a quarter of a minute.
 """
 
 import asyncio
@@ -13,6 +14,7 @@ import sys
 import threading
 import time
 import tty
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from pymavlink import mavutil
@@ -23,6 +25,9 @@ from tests.flights.test_flights_real_time import Flight
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(150)]
 
 LOOPBACK = "127.0.0.1"
+SPEED = 2
+PATIENT = ("--set=supervisor.state_age_limit_s=0.5", "--set=supervisor.hand_over_after_s=3")
+"""Flights that go on, at this speed, while a busy machine lets the companion wait."""
 DENIED, ACCEPTED = 2, 0
 
 
@@ -117,89 +122,6 @@ async def mavsdk_sees_the_flight(port):
         return position.latitude_deg, timeout, denied
 
 
-def test_mavsdk_and_a_ground_station_share_the_link_of_a_flight_and_do_not_steer_it(start):
-    udp, tcp = free_port(), free_port(socket.SOCK_STREAM)
-    flight = start(
-        "--set",
-        f"link.forward=[{{url: 'udpin://{LOOPBACK}:{udp}'}}, {{url: 'tcpin://{LOOPBACK}:{tcp}'}}]",
-    )
-    station = Station(f"tcp:{LOOPBACK}:{tcp}")
-    try:
-        flight.wait_for("phase connect")
-        latitude_deg, timeout_s, armed = asyncio.run(mavsdk_sees_the_flight(udp))
-        assert latitude_deg == pytest.approx(47.4, abs=0.1)
-        assert timeout_s == 1.0
-        assert armed == "COMMAND_DENIED"
-
-        assert station.command(400, 1.0) == DENIED
-        assert station.change_mode(6, 0) == DENIED
-        station.link.mav.param_request_read_send(1, 1, b"MIS_TAKEOFF_ALT", -1)
-        value = station.wait(
-            lambda m: m.get_type() == "PARAM_VALUE" and m.param_id == "MIS_TAKEOFF_ALT"
-        )
-        assert value.param_value == 2.5
-        # Read on meanwhile: a client that takes nothing for long is cut off.
-        station.wait(
-            lambda m: m.get_type() == "HEARTBEAT" and m.custom_mode == encode_mode(6, 0), 60.0
-        )
-        for _ in range(20):
-            station.link.mav.set_attitude_target_send(0, 1, 1, 7, [1, 0, 0, 0], 0, 0, 0, 0.0)
-        station.wait(lambda m: m.get_type() == "ODOMETRY")
-        result, err = flight.end(timeout_s=120.0)
-    finally:
-        station.close()
-
-    assert result["outcome"] == "landed", err
-    assert result["mean_tracking_error_m"] < 0.03
-    assert result["fallbacks"] == 0
-    said = " ".join(event.values["text"] for event in flight.events())
-    assert "SET_ATTITUDE_TARGET of 254" in said
-    assert "20 SET_ATTITUDE_TARGET" in said, "each of them is counted"
-    assert "COMPONENT_ARM_DISARM of 245" in said
-
-
-def test_a_pilot_takes_over_by_the_shared_link_and_keeps_it_until_the_vehicle_is_down(start):
-    udp = free_port()
-    flight = start(
-        f"--set=link.forward=[{{url: 'udpin://{LOOPBACK}:{udp}'}}]",
-        "--set=timeouts.handed_over_s=1",
-    )
-    flight.wait_for("phase connect")
-    station = Station(f"udpout:{LOOPBACK}:{udp}")
-    try:
-        station.wait(lambda m: m.get_type() == "HEARTBEAT")
-        flight.wait_for("phase track")
-        assert station.change_mode(4, 3) == ACCEPTED
-        flight.wait_for("handed over: somebody else changed the mode to loiter")
-        flight.wait_for("the link stays shared")
-        assert flight.process.poll() is None
-        # The flight is the pilot's: what was kept back before, passes.
-        assert station.change_mode(3, 0) == ACCEPTED
-        assert station.change_mode(4, 6) == ACCEPTED
-        station.wait(lambda m: m.get_type() == "HEARTBEAT" and m.custom_mode == encode_mode(4, 6))
-        station.wait(
-            lambda m: m.get_type() == "HEARTBEAT" and m.autopilot == 12 and not m.base_mode & 0x80,
-            timeout_s=40.0,
-        )
-        result, _ = flight.end(timeout_s=20.0)
-    finally:
-        station.close()
-
-    assert result["outcome"] == "aborted"
-
-
-def test_mavsdk_arms_takes_off_and_lands_for_the_companion(start):
-    flight = start("--set=link.mission_backend=mavsdk")
-
-    result, err = flight.end(timeout_s=120.0)
-
-    assert result["outcome"] == "landed", err
-    assert result["completed"]
-    assert result["fallbacks"] == 0
-    said = [event.values["text"] for event in flight.events()]
-    assert any("kept back: none" in text for text in said)
-
-
 class Bridge:
     """Between a shim's UDP and another kind of link; runs in a thread of the test's own."""
 
@@ -276,13 +198,13 @@ class SerialBridge(Bridge):
 
 
 @contextlib.contextmanager
-def simulated_behind(bridge):
-    thread = threading.Thread(target=bridge.run, daemon=True)
-    thread.start()
+def simulated_at(port):
+    """A shim that sends to a port."""
     shim = subprocess.Popen(
         [
             sys.executable, "-m", "sitl_shim", "run", "--vehicle=bebop2", "--seed=1",
-            "--onboard-port=0", f"--onboard-remote={bridge.port}", "--gcs-port=0",
+            f"--speed={SPEED}", "--parameter=MPC_LAND_SPEED=1.2", "--parameter=COM_DISARM_LAND=0.5",
+            "--onboard-port=0", f"--onboard-remote={port}", "--gcs-port=0",
         ],
         stdout=subprocess.PIPE,
     )  # fmt: skip
@@ -292,29 +214,119 @@ def simulated_behind(bridge):
     finally:
         shim.terminate()
         shim.communicate()
+
+
+@contextlib.contextmanager
+def simulated_behind(bridge):
+    thread = threading.Thread(target=bridge.run, daemon=True)
+    thread.start()
+    try:
+        with simulated_at(bridge.port):
+            yield
+    finally:
         bridge.ended = True
         thread.join()
 
 
-def test_a_tcp_link_that_is_cut_in_flight_is_made_anew_and_the_flight_goes_on(start):
+def test_clients_share_the_link_of_a_flight_over_a_serial_line_and_do_not_steer_it(start):
+    udp, tcp = free_port(), free_port(socket.SOCK_STREAM)
+    bridge = SerialBridge()
+    with simulated_behind(bridge), ThreadPoolExecutor() as threads:
+        flight = start(
+            *PATIENT,
+            f"--connect={bridge.url}",
+            f"--set=link.forward=[{{url: 'udpin://{LOOPBACK}:{udp}'}}, "
+            f"{{url: 'tcpin://{LOOPBACK}:{tcp}'}}]",
+        )
+        station = Station(f"tcp:{LOOPBACK}:{tcp}")
+        mavsdk = threads.submit(lambda: asyncio.run(mavsdk_sees_the_flight(udp)))
+        try:
+            station.wait(lambda m: m.get_type() == "HEARTBEAT" and m.autopilot == 12, 40.0)
+            assert station.command(400, 1.0) == DENIED
+            assert station.change_mode(6, 0) == DENIED
+            station.link.mav.param_request_read_send(1, 1, b"MIS_TAKEOFF_ALT", -1)
+            value = station.wait(
+                lambda m: m.get_type() == "PARAM_VALUE" and m.param_id == "MIS_TAKEOFF_ALT"
+            )
+            assert value.param_value == 2.5
+            # Read on meanwhile: a client that takes nothing for long is cut off.
+            station.wait(
+                lambda m: m.get_type() == "HEARTBEAT" and m.custom_mode == encode_mode(6, 0), 60.0
+            )
+            for _ in range(20):
+                station.link.mav.set_attitude_target_send(0, 1, 1, 7, [1, 0, 0, 0], 0, 0, 0, 0.0)
+            station.wait(lambda m: m.get_type() == "ODOMETRY")
+            result, err = flight.end(timeout_s=120.0)
+        finally:
+            station.close()
+        latitude_deg, timeout_s, armed = mavsdk.result()
+
+    assert latitude_deg == pytest.approx(47.4, abs=0.1)
+    assert timeout_s == 1.0 * SPEED, "the shim stretches it, as PX4 does"
+    assert armed == "COMMAND_DENIED"
+    assert result["outcome"] == "landed", err
+    assert result["mean_tracking_error_m"] < 0.03
+    assert result["fallbacks"] == 0
+    said = " ".join(event.values["text"] for event in flight.events())
+    assert "SET_ATTITUDE_TARGET of 254" in said
+    assert "20 SET_ATTITUDE_TARGET" in said, "each of them is counted"
+    assert "COMPONENT_ARM_DISARM of 245" in said
+
+
+def test_over_a_link_that_was_cut_and_made_anew_a_pilot_takes_over_and_keeps_the_vehicle(start):
+    udp = free_port()
     bridge = TcpBridge()
     with simulated_behind(bridge):
-        flight = start(f"--connect={bridge.url}")
-        flight.wait_for("phase track")
-        bridge.cut()
-        flight.wait_for("the link is there again")
-        result, err = flight.end(timeout_s=120.0)
+        flight = start(
+            *PATIENT,
+            f"--connect={bridge.url}",
+            f"--set=link.forward=[{{url: 'udpin://{LOOPBACK}:{udp}'}}]",
+            "--set=timeouts.handed_over_s=1",
+        )
+        flight.wait_for("phase connect")
+        station = Station(f"udpout:{LOOPBACK}:{udp}")
+        try:
+            station.wait(lambda m: m.get_type() == "HEARTBEAT")
+            flight.wait_for("phase track")
+            bridge.cut()
+            flight.wait_for("the link is there again")
+            flight.wait_for("phase return")
+            assert station.change_mode(4, 3) == ACCEPTED
+            flight.wait_for("handed over: somebody else changed the mode to loiter")
+            flight.wait_for("the link stays shared")
+            assert flight.process.poll() is None
+            # The flight is the pilot's: what was kept back before, passes.
+            assert station.change_mode(3, 0) == ACCEPTED
+            assert station.change_mode(4, 6) == ACCEPTED
+            station.wait(
+                lambda m: m.get_type() == "HEARTBEAT" and m.custom_mode == encode_mode(4, 6)
+            )
+            station.wait(
+                lambda m: (
+                    m.get_type() == "HEARTBEAT" and m.autopilot == 12 and not m.base_mode & 0x80
+                ),
+                timeout_s=40.0,
+            )
+            result, err = flight.end(timeout_s=20.0)
+        finally:
+            station.close()
 
-    assert result["outcome"] == "landed", err
-    assert result["completed"]
+    assert result["completed"], err
+    assert result["outcome"] == "aborted"
     assert bridge.calls == 2
     assert any("the link is down" in event.values["text"] for event in flight.events())
 
 
-def test_a_flight_over_a_serial_line(start):
-    bridge = SerialBridge()
-    with simulated_behind(bridge):
-        result, err = start(f"--connect={bridge.url}").end(timeout_s=120.0)
+def test_mavsdk_arms_takes_off_and_lands_for_the_companion(start):
+    port = free_port()
+    with simulated_at(port):
+        flight = start(
+            *PATIENT, f"--connect=udpin://{LOOPBACK}:{port}", "--set=link.mission_backend=mavsdk"
+        )
+        result, err = flight.end(timeout_s=120.0)
 
     assert result["outcome"] == "landed", err
-    assert result["mean_tracking_error_m"] < 0.03
+    assert result["completed"]
+    assert result["fallbacks"] == 0
+    said = [event.values["text"] for event in flight.events()]
+    assert any("kept back: none" in text for text in said)
