@@ -11,14 +11,13 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from companion.mavlink.dialect import message_name
 from tests.sitl_shim.captures.compare_effects import effects
 from tests.sitl_shim.captures.compare_parameters import parameters
+from tests.sitl_shim.captures.compare_streams import message_sets, rates
 from tests.sitl_shim.captures.conversation import Capture, Conversation
 from tests.sitl_shim.captures.ids import (
     AVAILABLE_MODES,
     COMMAND_ACK,
-    COMMAND_LONG,
     COMPONENT_INFORMATION,
     COMPONENT_METADATA,
     CURRENT_MODE,
@@ -29,8 +28,6 @@ from tests.sitl_shim.captures.ids import (
     LANDED,
     MESSAGE_INTERVAL,
     MISSION_IDS,
-    PARAM_ERROR,
-    PARAM_VALUE,
     PING,
     PROTOCOL_VERSION,
     STATUSTEXT,
@@ -38,7 +35,7 @@ from tests.sitl_shim.captures.ids import (
     TIMESYNC,
     VERSION,
 )
-from tests.sitl_shim.captures.sequences import Timed, changes, sequence_differences
+from tests.sitl_shim.captures.sequences import Comparison, Timed, changes, sequence_differences
 
 # A heartbeat may show a change a whole period late, here and there.
 _HEARTBEAT_S = 1.2
@@ -46,19 +43,11 @@ _HEARTBEAT_S = 1.2
 _MOTION_S = 2.5
 _ACK_S = 0.15
 _ARDUPILOT_LAND = 9
-_RATE_SHARE, _RATE_COUNT = 0.2, 4
 
-_NOT_STREAMS = frozenset(
-    {PARAM_VALUE, COMMAND_ACK, FTP, VERSION, MESSAGE_INTERVAL, STATUSTEXT, PARAM_ERROR, EVENT}
-    | {PROTOCOL_VERSION, AVAILABLE_MODES, GLOBAL_ORIGIN, COMMAND_LONG, *MISSION_IDS}
-    | {COMPONENT_INFORMATION, COMPONENT_METADATA}
-)
-"""Messages that answer or tell, and so have aspects of their own."""
-
-Aspect = Callable[[Capture, Conversation], list[str]]
+Aspect = Callable[[Capture, Conversation], Comparison]
 
 
-def acknowledgements(capture: Capture, ours: Conversation) -> list[str]:
+def acknowledgements(capture: Capture, ours: Conversation) -> Comparison:
     def acks(side: Conversation) -> list[Timed]:
         return [
             (time_s, (m.command, m.result, m.target_system, m.target_component))
@@ -87,7 +76,7 @@ def _waits_for_motion(value: tuple[int, int, int]) -> bool:
     return base_mode in (0x1D, 0x9D, 0x11, 0xD9) or custom_mode == _ARDUPILOT_LAND
 
 
-def heartbeats(capture: Capture, ours: Conversation) -> list[str]:
+def heartbeats(capture: Capture, ours: Conversation) -> Comparison:
     return sequence_differences(
         _heartbeats(capture.vehicle),
         _heartbeats(ours),
@@ -97,7 +86,7 @@ def heartbeats(capture: Capture, ours: Conversation) -> list[str]:
     )
 
 
-def current_modes(capture: Capture, ours: Conversation) -> list[str]:
+def current_modes(capture: Capture, ours: Conversation) -> Comparison:
     def modes(side: Conversation) -> list[Timed]:
         return changes(
             (time_s, (m.custom_mode, m.intended_custom_mode))
@@ -115,7 +104,7 @@ def current_modes(capture: Capture, ours: Conversation) -> list[str]:
     )
 
 
-def landed_states(capture: Capture, ours: Conversation) -> list[str]:
+def landed_states(capture: Capture, ours: Conversation) -> Comparison:
     def states(side: Conversation) -> list[Timed]:
         return changes((time_s, m.landed_state) for time_s, m in side.messages(LANDED))
 
@@ -128,7 +117,7 @@ def landed_states(capture: Capture, ours: Conversation) -> list[str]:
     )
 
 
-def health(capture: Capture, ours: Conversation) -> list[str]:
+def health(capture: Capture, ours: Conversation) -> Comparison:
     def masks(side: Conversation) -> list[Timed]:
         return changes(
             (
@@ -151,7 +140,7 @@ def health(capture: Capture, ours: Conversation) -> list[str]:
     )
 
 
-def texts(capture: Capture, ours: Conversation) -> list[str]:
+def texts(capture: Capture, ours: Conversation) -> Comparison:
     def said(side: Conversation) -> list[Timed]:
         whole: list[tuple[float, int, str]] = []
         for time_s, m in side.messages(STATUSTEXT):
@@ -173,7 +162,7 @@ def texts(capture: Capture, ours: Conversation) -> list[str]:
     )
 
 
-def events(capture: Capture, ours: Conversation) -> list[str]:
+def events(capture: Capture, ours: Conversation) -> Comparison:
     """How often each; when the reports of health come depends on how a boot goes."""
 
     def told(side: Conversation) -> Counter[int]:
@@ -187,14 +176,11 @@ def events(capture: Capture, ours: Conversation) -> list[str]:
     for number in sorted(theirs.keys() | here.keys()):
         real, shim = theirs[number], here[number]
         if real != shim:
-            often = (
-                "comes more often" if shim > real else "comes less often" if shim else "is missing"
-            )
-            found.append(f"EVENT {number} {often}")
-    return found
+            found.append(f"EVENT {number} comes {shim} times, the real one's {real} times")
+    return Comparison(sum(theirs.values()), found)
 
 
-def missions(capture: Capture, ours: Conversation) -> list[str]:
+def missions(capture: Capture, ours: Conversation) -> Comparison:
     def said(side: Conversation) -> list[Timed]:
         return [(time_s, _mission(m)) for time_s, m in side.messages(*MISSION_IDS)]
 
@@ -209,7 +195,7 @@ def _mission(message: Any) -> str:
     return f"{message.get_type()} {fields}"
 
 
-def files(capture: Capture, ours: Conversation) -> list[str]:
+def files(capture: Capture, ours: Conversation) -> Comparison:
     def payloads(side: Conversation) -> list[Timed]:
         found = side.messages(FTP)
         return [(time_s, bytes(m.payload).rstrip(b"\0")[:40].hex()) for time_s, m in found]
@@ -234,7 +220,7 @@ _BY_ID_ALONE: Mapping[int, str] = {
 """Messages that no dialect of pymavlink decodes."""
 
 
-def answers(capture: Capture, ours: Conversation) -> list[str]:
+def answers(capture: Capture, ours: Conversation) -> Comparison:
     """What came when it was asked for: versions, origin, modes, intervals, PING, TIMESYNC."""
 
     def said(side: Conversation) -> list[Timed]:
@@ -260,34 +246,6 @@ def answers(capture: Capture, ours: Conversation) -> list[str]:
     return sequence_differences(said(capture.vehicle), said(ours), within_s=0.3, ends_s=ours.ends_s)
 
 
-def message_sets(capture: Capture, ours: Conversation) -> list[str]:
-    theirs = {number for number in capture.vehicle.counts if number not in _NOT_STREAMS}
-    here = {
-        number
-        for number in ours.counts
-        if number not in _NOT_STREAMS and ours.frames(number)[0].time_s <= ours.ends_s
-    }
-    return [f"{message_name(number)} does not come" for number in sorted(theirs - here)] + [
-        f"{message_name(number)} comes, the real one has none" for number in sorted(here - theirs)
-    ]
-
-
-def rates(capture: Capture, ours: Conversation) -> list[str]:
-    """Messages whose count differs by a fifth in more than a third of the windows."""
-    windows = capture.vehicle.whole_windows
-    found = []
-    for number in sorted(capture.vehicle.counts.keys() & ours.counts.keys() - _NOT_STREAMS):
-        theirs, here = capture.vehicle.counts[number], ours.counts[number]
-        off = Counter[str]()
-        for window in windows:
-            real, shim = theirs.get(window, 0), here.get(window, 0)
-            if abs(real - shim) > max(_RATE_COUNT, _RATE_SHARE * real):
-                off["faster" if shim > real else "slower"] += 1
-        if sum(off.values()) * 3 > len(windows):
-            found.append(f"{message_name(number)} comes {max(off, key=lambda key: off[key])}")
-    return found
-
-
 ASPECTS: Mapping[str, Aspect] = {
     "acknowledgements": acknowledgements,
     "heartbeats": heartbeats,
@@ -306,6 +264,6 @@ ASPECTS: Mapping[str, Aspect] = {
 }
 
 
-def differences(capture: Capture, ours: Conversation) -> dict[str, list[str]]:
-    """What differs, by aspect, each text once."""
-    return {name: list(dict.fromkeys(aspect(capture, ours))) for name, aspect in ASPECTS.items()}
+def compare(capture: Capture, ours: Conversation) -> dict[str, Comparison]:
+    """What was compared and what differs, by aspect."""
+    return {name: aspect(capture, ours) for name, aspect in ASPECTS.items()}

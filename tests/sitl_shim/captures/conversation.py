@@ -3,8 +3,9 @@
 import gzip
 import json
 import struct
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,12 @@ class Conversation:
     def messages(self, *message_ids: int) -> list[tuple[float, Any]]:
         return [(said.time_s, said.message) for said in self.frames(*message_ids)]
 
+    def last(self, message_id: int, until_s: float) -> Said | None:
+        """The newest frame of an id at a time."""
+        frames = self.frames(message_id)
+        count = bisect_right(frames, until_s, key=lambda said: said.time_s)
+        return frames[count - 1] if count else None
+
     @property
     def whole_windows(self) -> Sequence[int]:
         """Windows that lie wholly within the recording."""
@@ -65,6 +72,24 @@ class Capture:
     name: str
     clients: tuple[Said, ...]
     vehicle: Conversation
+
+    def until(self, ends_s: float) -> "Capture":
+        """Its beginning, up to a boot time."""
+        whole = int(ends_s / self.vehicle.window_s)
+        counts = {
+            number: {window: count for window, count in windows.items() if window < whole}
+            for number, windows in self.vehicle.counts.items()
+            if min(windows) < whole
+        }
+        vehicle = replace(
+            self.vehicle,
+            ends_s=ends_s,
+            counts=counts,
+            said=[said for said in self.vehicle.said if said.time_s <= ends_s],
+            _by_id={},
+        )
+        clients = tuple(said for said in self.clients if said.time_s <= ends_s)
+        return Capture(self.name, clients, vehicle)
 
 
 @cache

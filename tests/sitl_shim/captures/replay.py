@@ -2,13 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
 
 from companion.mavlink.framing import Framer
 from sitl_shim.mavlink.endpoint import Shim
 from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.simulation import ShimOptions
-from tests.sitl_shim.captures.conversation import Conversation, Said, is_vehicle, read_capture
+from tests.sitl_shim.captures.conversation import Capture, Conversation, Said, is_vehicle
 
 _GPS_AT_41_6_S = 518
 """A seed with which ArduPilot's estimator begins to use GPS when it did in the recordings."""
@@ -35,7 +34,7 @@ SETTINGS: Mapping[str, Setting] = {
     "px4-boot-onboard": Setting(),
     "px4-offboard": Setting(shift_s=-0.442),
     "px4-stream-loss-hold": Setting(parameters={"COM_OBL_RC_ACT": 5.0}, shift_s=-0.38),
-    "px4-mavsdk": Setting(shift_s=-0.04),
+    "px4-mavsdk": Setting(parameters={"COM_OBL_RC_ACT": 5.0}, shift_s=-0.04),
     "px4-mavproxy": Setting(link=LinkKind.GROUND_STATION, shift_s=0.084),
     "px4-params-mission": Setting(shift_s=-0.092),
     "ardupilot-boot": Setting("ardupilot", "arducopter", seed=_GPS_AT_41_6_S),
@@ -44,10 +43,9 @@ SETTINGS: Mapping[str, Setting] = {
 }
 
 
-@cache
-def replay(name: str) -> Conversation:
+def replay(capture: Capture) -> Conversation:
     """What the shim says while it is told what the recorded clients told the real one."""
-    capture, setting = read_capture(name), SETTINGS[name]
+    setting = SETTINGS[capture.name]
     options = ShimOptions(
         autopilot=setting.autopilot,
         vehicle=setting.vehicle,
