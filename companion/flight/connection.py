@@ -15,6 +15,7 @@ from companion.flight.exchanges import Exchanges
 from companion.flight.health import Health
 from companion.flight.pulse import MISSING_S, Pulse
 from companion.flight.reports import REPORT_IDS, Reports
+from companion.flight.samples import Samples
 from companion.flight.waiting import Waiting
 from companion.link.link import Link
 from companion.mavlink.boot_time import BootWatch
@@ -34,13 +35,11 @@ from companion.mavlink.messages import (
 )
 from companion.mavlink.peers import PeerTable, Vehicle
 from companion.mavlink.signing import Signing
-from companion.mavlink.state_source import STATE_MESSAGES, StateReader, StateSource
-from companion.mavlink.telemetry import Rejected, is_truth
+from companion.mavlink.state_source import STATE_MESSAGES
+from companion.mavlink.telemetry import is_truth
 from companion.mavlink.timesync import ClockEstimator, boot_time_s
 from companion.vehicle_state import VehicleState
 
-_ARRIVES_S = 1.0
-"""The state counts as arriving for so long after a sample."""
 _HOUSEKEEPING_S = 0.05
 _HEARTBEAT_S = 1.0
 _SILENCE_TOLD_S = 1.0
@@ -103,17 +102,11 @@ class Connection:
         """How often the autopilot has been seen to restart."""
         self.lost_after_s = math.inf
         """The link counts as lost after this long in silence."""
-        self.state: VehicleState | None = None
         self.heard_s = -math.inf
         """When anything came from the vehicle last."""
         self.pulse = Pulse(self.loop_seconds)
-        self.samples = 0
-        """Usable samples of the state so far."""
-        self.rejected_samples = 0
-        self.rejected_because = ""
-        """What was wrong with the newest sample; empty if it was usable."""
-        self.on_state: Callable[[VehicleState, float], None] | None = None
-        """Called with each usable sample and the loop's time at which it came; must not raise."""
+        self.samples = Samples()
+        """The vehicle's state, as it arrives."""
         self.on_trouble: Callable[[str], None] | None = None
         """Told, once for each kind of message, what could not be dealt with."""
         self.listeners: dict[int, list[FrameListener]] = {}
@@ -129,8 +122,6 @@ class Connection:
         self.on_other_vehicle: Callable[[Vehicle], None] | None = None
         """Told of each vehicle on the link that is not the chosen one, once."""
         self._dialect: AutopilotDialect | None = None
-        self._reader = StateReader()
-        self._sampled_s = -math.inf
         self._boot = BootWatch()
         self._link = link
         self._log = log
@@ -171,9 +162,9 @@ class Connection:
         return self._dialect.hand_over.explanation
 
     @property
-    def state_source(self) -> StateSource:
-        """What the state is made of."""
-        return self._reader.source
+    def state(self) -> VehicleState | None:
+        """The newest sample of the state."""
+        return self.samples.newest
 
     @property
     def _our_address(self) -> tuple[int, int]:
@@ -204,7 +195,7 @@ class Connection:
                 reports.sensors,
                 reports.sensors_of_mode,
                 reports.estimator_flags,
-                now - self._sampled_s <= _ARRIVES_S,
+                self.samples.arriving(now),
             )
         )
 
@@ -226,10 +217,7 @@ class Connection:
         """
         self.state_rate_hz = state_rate_hz
         source, self.streams = await self.exchanges.request_streams(self.target, state_rate_hz)
-        if source is not self._reader.source:
-            self._reader.source = source
-            self.state = None
-            self.rejected_because = ""
+        self.samples.make_of(source)
 
     def loop_seconds(self, autopilot_seconds: float) -> float:
         """How long a time of the autopilot's clock is by ours."""
@@ -344,7 +332,7 @@ class Connection:
         self.pulse.on_message(received_s)
         self.counts[message_id] = self.counts.get(message_id, 0) + 1
         if message_id in STATE_MESSAGES:
-            self._on_state_message(frame, received_s)
+            self.samples.take(frame, received_s, self.clock)
         elif message_id == MessageId.TIMESYNC:
             if self._boot.restarted(boot_time_s(frame)):
                 self._on_restart()
@@ -360,35 +348,13 @@ class Connection:
         for listener in self.listeners.get(message_id, ()):
             listener(frame, received_s)
 
-    def _on_state_message(self, frame: Frame, received_s: float) -> None:
-        if self.clock.valid:
-            about_s = self.clock.autopilot_time(received_s)
-        else:
-            about_s = 0.0 if self.state is None else self.state.time_s
-        sample = self._reader.take(frame, about_s)
-        if sample is None:
-            return
-        if isinstance(sample, Rejected):
-            self.rejected_samples += 1
-            self.rejected_because = sample.reason
-            return
-        self.rejected_because = ""
-        self.samples += 1
-        self.state = sample
-        self._sampled_s = received_s
-        if self.on_state is not None:
-            self.on_state(sample, received_s)
-
     def _on_restart(self) -> None:
         """Whatever the autopilot said or promised before is not true any more."""
         self.restarts += 1
-        self.state = None
-        self.rejected_because = ""
-        self._sampled_s = -math.inf
+        self.samples.forget()
         self.clock = ClockEstimator()
         self.streams = ()
         self.counts = {}
-        self._reader.forget()
         self.reports.forget()
         self.pulse.forget()
         self.waiting.wake()

@@ -127,7 +127,7 @@ def _streams(
 ) -> tuple[StreamFacts, ...]:
     """What was granted, as it came, in the autopilot's time: a simulation may run fast."""
     pace = connection.clock.rate if connection.clock.valid else 1.0
-    state = connection.state_source.messages
+    state = connection.samples.source.messages
     facts = []
     for stream in connection.streams:
         count = ears.count(stream.message_id)

@@ -269,9 +269,9 @@ def _check_in_air(flight: Flight) -> None:
 
 def _what_is_missing(flight: Flight) -> str:
     connection = flight.connection
-    names = connection.state_source.names
+    names = connection.samples.source.names
     if connection.state is not None or not connection.dialect.state_before_position:
         return "no answer to TIMESYNC"
-    if connection.rejected_because:
-        return f"no usable {names} ({connection.rejected_because})"
+    if connection.samples.rejected_because:
+        return f"no usable {names} ({connection.samples.rejected_because})"
     return f"no {names}"

@@ -80,7 +80,7 @@ class SetpointStream:
         self._record_trouble_told = False
         self._sent_s: float | None = None
         """When the last setpoint went out; None if none has since the start."""
-        connection.on_state = self._on_state
+        connection.samples.on_sample = self._on_state
 
     def start(self, *, idle: bool = False) -> None:
         """Begin to stream, holding; a clean ladder.
@@ -165,7 +165,7 @@ class SetpointStream:
         autopilot_s = connection.state.time_s + age
         if connection.clock.valid:
             autopilot_s = connection.clock.autopilot_time(now_s)
-        why = connection.rejected_because or self._unusable
+        why = connection.samples.rejected_because or self._unusable
         output = self.control.on_silence(autopilot_s, age, why)
         if output is not None:
             self._act(output, autopilot_s)

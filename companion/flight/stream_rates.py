@@ -72,17 +72,17 @@ async def _measure(flight: Flight) -> list[Measured]:
     connection = flight.connection
     first = connection.state
     assert first is not None
-    samples, counts = connection.samples, dict(connection.counts)
+    samples, counts = connection.samples.count, dict(connection.counts)
     await connection.waiting.pause(_MEASURED_S[flight.scope])
     last = connection.state
     if last is None:  # the autopilot has restarted: who waits next is told
         return []
     span_s = last.time_s - first.time_s
-    state_hz = (connection.samples - samples) / span_s if span_s > 0.0 else 0.0
+    state_hz = (connection.samples.count - samples) / span_s if span_s > 0.0 else 0.0
     least_hz = NEEDS[flight.mission.setpoint].least_hz
     found = [
         Measured(
-            f"the state ({connection.state_source.names})",
+            f"the state ({connection.samples.source.names})",
             state_hz,
             flight.mission.state_rate_hz,
             least_hz,
