@@ -20,7 +20,7 @@ from companion.preflight.judgement import judge, mend
 from companion.trajectories.trajectory import Trajectory
 
 _LISTENED_S = 0.5
-"""Until a SYS_STATUS has come; the flight itself measures the streams."""
+"""Until a SYS_STATUS has come; the flight itself measures the streams, at the same time."""
 _HEARD_S = 3.0
 """A system that was heard within this time is there."""
 

@@ -1,5 +1,6 @@
 """Streams are asked for, then measured: what an autopilot grants is not what it sends."""
 
+import asyncio
 from dataclasses import dataclass
 
 from companion.flight.crew import Flight, FlightScope
@@ -41,19 +42,51 @@ class Measured:
         return f"{self.name} arrives at {self.rate_hz:.0f} Hz, {self.asked_hz:g} Hz were asked for"
 
 
-async def measure_streams(flight: Flight) -> None:
+@dataclass(frozen=True, slots=True)
+class Begun:
+    """A measurement that runs."""
+
+    at_s: float
+    """By the loop's clock."""
+    state_s: float
+    """Time of the newest sample of the state, by the autopilot's clock."""
+    samples: int
+    counts: dict[int, int]
+
+
+def begin_measuring(flight: Flight) -> Begun | None:
+    """Begin to measure; what else is asked of the autopilot meanwhile costs no time of its own.
+
+    Returns:
+        What `measure_streams` takes; None if no state comes yet.
+    """
+    connection = flight.connection
+    if connection.state is None:
+        return None
+    now_s = asyncio.get_running_loop().time()
+    state_s = connection.state.time_s
+    return Begun(now_s, state_s, connection.samples.count, dict(connection.counts))
+
+
+async def measure_streams(flight: Flight, begun: Begun | None = None) -> None:
     """Measure the streams that the flight needs, and judge them.
 
-    Streams that do not suffice are asked for once more first: a booting autopilot may have
+    Streams that do not suffice are measured once more: answers to other questions may have taken
+    their room on the link.  What is too slow is asked for again first: a booting autopilot may have
     forgotten, and a request can be lost.
+
+    Args:
+        flight: whose state comes.
+        begun: a measurement that runs already, to be ended.
 
     Raises:
         FlightRefusedError: one is too slow for the type of setpoint; named, with the remedy.
     """
     connection = flight.connection
-    found = await _measure(flight)
+    found = await _measure(flight, begun)
     if any(stream.too_slow for stream in found):
         await connection.request_streams(flight.mission.state_rate_hz)
+    if any(stream.too_slow or stream.slow for stream in found):
         found = await _measure(flight)
     remedy = connection.dialect.stream_remedy
     refused = [stream for stream in found if stream.too_slow]
@@ -68,17 +101,17 @@ async def measure_streams(flight: Flight) -> None:
             flight.voice.tell("warning", f"{stream.text}. {remedy}")
 
 
-async def _measure(flight: Flight) -> list[Measured]:
+async def _measure(flight: Flight, begun: Begun | None = None) -> list[Measured]:
     connection = flight.connection
-    first = connection.state
+    first = begun or begin_measuring(flight)
     assert first is not None
-    samples, counts = connection.samples.count, dict(connection.counts)
-    await connection.waiting.pause(_MEASURED_S[flight.scope])
+    end_s = first.at_s + _MEASURED_S[flight.scope]
+    await connection.waiting.pause(max(0.0, end_s - asyncio.get_running_loop().time()))
     last = connection.state
     if last is None:  # the autopilot has restarted: who waits next is told
         return []
-    span_s = last.time_s - first.time_s
-    state_hz = (connection.samples.count - samples) / span_s if span_s > 0.0 else 0.0
+    span_s = last.time_s - first.state_s
+    state_hz = (connection.samples.count - first.samples) / span_s if span_s > 0.0 else 0.0
     least_hz = NEEDS[flight.mission.setpoint].least_hz
     found = [
         Measured(
@@ -93,7 +126,8 @@ async def _measure(flight: Flight) -> list[Measured]:
     flight.stream.punctuality.period_s = connection.loop_seconds(1.0 / state_hz)
     for stream in connection.streams:
         if stream.required and stream.message_id not in STATE_MESSAGES:
-            came = connection.counts.get(stream.message_id, 0) - counts.get(stream.message_id, 0)
+            message_id = stream.message_id
+            came = connection.counts.get(message_id, 0) - first.counts.get(message_id, 0)
             found.append(_counted(stream, came, span_s))
     return found
 
