@@ -1,6 +1,7 @@
 """One MAVLink link of the vehicle: its streams, its numbering, what waits to leave."""
 
 from collections import deque
+from collections.abc import Hashable
 
 import numpy as np
 
@@ -17,6 +18,7 @@ _GROUND_STATION_TIMEOUT_US = 5_000_000
 _BOOTING = 1
 """MAV_STATE_BOOT."""
 _NEVER_QUIET = (heartbeat, timesync)
+_STATUS_PERIOD_US = 500_000
 _DRAWS = 1024
 """Random numbers drawn at a time."""
 
@@ -71,6 +73,7 @@ class Link:
             grid_origin_us=personality.grid_origin_us,
             begin_us=personality.listens_from_us,
             fixed=personality.fixed_rates,
+            about_status=personality.about_status,
         )
         self.truth_streams = StreamSet(
             TRUTH_BUILDERS,
@@ -150,7 +153,7 @@ class Link:
         now_us = sim.time_us
         if self._late:
             self._send_due(now_us)
-        due = self.streams.due(now_us)
+        due = self.streams.due(now_us, lambda: _published(sim))
         if self._quiet:
             self._quiet = sim.autopilot.heartbeat.system_status == _BOOTING
             due = [builder for builder in due if not self._quiet or builder in _NEVER_QUIET]
@@ -167,3 +170,10 @@ class Link:
             if due_us <= now_us:
                 self.send(message)
         self._late = deque(waiting)
+
+
+def _published(sim: Simulation) -> Hashable:
+    """Differs as soon as PX4's commander has published: twice a second, and changes at once."""
+    autopilot = sim.autopilot
+    beat = autopilot.heartbeat
+    return sim.time_us // _STATUS_PERIOD_US, beat, autopilot.intended_custom_mode

@@ -22,6 +22,8 @@ class Personality:
     """What each kind of link streams from the start."""
     fixed_rates: frozenset[int]
     """Messages whose rate nobody may change."""
+    about_status: frozenset[int]
+    """Messages that wait until the status is published anew."""
     listens_from_us: int
     """Boot time from which it answers and streams."""
     grid_origin_us: int
@@ -77,6 +79,7 @@ _PX4 = Personality(
     requestable=streams.REQUESTABLE,
     rates_hz=streams.RATES_HZ,
     fixed_rates=frozenset({streams.HEARTBEAT_ID}),
+    about_status=streams.ABOUT_STATUS,
     listens_from_us=440_000,
     grid_origin_us=200_000,  # its first heartbeat comes 1.2 s after boot
     legacy_groups=None,
@@ -108,6 +111,7 @@ _ARDUPILOT = Personality(
     requestable=streams_ardupilot.REQUESTABLE,
     rates_hz=dict.fromkeys(LinkKind, streams_ardupilot.RATES_HZ),
     fixed_rates=frozenset(),
+    about_status=frozenset(),
     listens_from_us=400_000,
     grid_origin_us=32_000,
     legacy_groups=streams_ardupilot.LEGACY_GROUPS,

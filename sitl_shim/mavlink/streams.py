@@ -5,7 +5,7 @@ autopilot's ticks of 4 ms: at 10 ms apart the steps are 8 and 12 ms.  Measured r
 PX4 v1.17.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from enum import Enum
 
 from sitl_shim.mavlink import messages_motion as motion
@@ -152,6 +152,10 @@ _SLOW_IDS = frozenset(
 """These come when the estimator publishes: PX4's by default at every second tick, at 125 Hz."""
 
 
+ABOUT_STATUS = frozenset({dialect.MAVLINK_MSG_ID_CURRENT_MODE})
+"""PX4 sends these when its commander has published, however often they are asked for."""
+
+
 class StreamSet:
     """The streams of one component on one link.
 
@@ -162,9 +166,11 @@ class StreamSet:
         grid_origin_us: due times are whole intervals from here.
         begin_us: nothing is due before.
         fixed: messages whose rate nobody may change.
+        about_status: messages that, once due, wait until the status is published anew.
     """
 
     __slots__ = (
+        "_about_status",
         "_active",
         "_builders",
         "_defaults",
@@ -173,6 +179,7 @@ class StreamSet:
         "_grid_origin_us",
         "_intervals",
         "_next_us",
+        "_told",
     )
 
     def __init__(
@@ -184,7 +191,10 @@ class StreamSet:
         grid_origin_us: int,
         begin_us: int,
         fixed: frozenset[int] = frozenset(),
+        about_status: frozenset[int] = frozenset(),
     ) -> None:
+        self._about_status = about_status
+        self._told: dict[int, Hashable] = {}
         self._builders = builders
         self._defaults = {key: round(1e6 / rate) for key, rate in rates_hz.items()}
         self._estimate_interval_us = estimate_interval_us
@@ -214,8 +224,13 @@ class StreamSet:
         self._schedule(now_us)
         return True
 
-    def due(self, now_us: int) -> list[Builder]:
-        """Builders of the messages that are due now; call it at every tick."""
+    def due(self, now_us: int, published: Callable[[], Hashable] = lambda: None) -> list[Builder]:
+        """Builders of the messages that are due now; call it at every tick.
+
+        Args:
+            now_us: boot time.
+            published: differs as soon as the status was published anew.
+        """
         if now_us < self._next_us:
             return []
         builders = self._builders
@@ -223,7 +238,7 @@ class StreamSet:
         next_us = now_us + 60_000_000
         for entry in self._active:
             message_id, interval_us, due_us = entry
-            if due_us <= now_us:
+            if due_us <= now_us and self._is_news(message_id, published):
                 ready.append(builders[message_id])
                 due_us += interval_us
                 if due_us <= now_us:  # ticks were skipped: do not send in bursts
@@ -232,6 +247,15 @@ class StreamSet:
             next_us = min(next_us, due_us)
         self._next_us = next_us
         return ready
+
+    def _is_news(self, message_id: int, published: Callable[[], Hashable]) -> bool:
+        if message_id not in self._about_status:
+            return True
+        status = published()
+        if message_id in self._told and self._told[message_id] == status:
+            return False
+        self._told[message_id] = status
+        return True
 
     def _schedule(self, now_us: int) -> None:
         self._active = []

@@ -8,7 +8,7 @@ import pytest
 from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.mavlink.wire import dialect
 from sitl_shim.simulation import ShimOptions
-from tests.sitl_shim.mavlink.shim_client import ShimClient
+from tests.sitl_shim.mavlink.shim_client import AUTO_LAND, ShimClient, airborne
 
 _ONBOARD_HZ = {
     "ATTITUDE": 100,
@@ -96,7 +96,6 @@ def test_at_50_hz_the_steps_are_20_ms(booted: ShimClient) -> None:
         ("ATTITUDE_QUATERNION", 31, 4_000, 250),
         ("HIGHRES_IMU", 105, 4_000, 250),
         ("HIL_STATE_QUATERNION", 115, 4_000, 250),
-        ("CURRENT_MODE", 436, 100_000, 10),
     ],
 )
 def test_intervals_are_kept_on_the_average_up_to_the_most_that_there_is(
@@ -110,6 +109,27 @@ def test_intervals_are_kept_on_the_average_up_to_the_most_that_there_is(
     client.forget()
     client.run(2.0)
     assert len(client.messages(name)) == pytest.approx(2 * per_second, abs=2)
+
+
+def test_the_current_mode_is_told_twice_a_second_and_at_once_when_it_changes() -> None:
+    client = airborne()
+    client.set_interval(436, 100_000)
+    client.run(1.05)
+    assert client.acks(511) == [0]
+    client.forget()
+    client.run(4.0)
+    times = [time_s for time_s, _ in client.received("CURRENT_MODE")]
+    assert [b - a for a, b in itertools.pairwise(times)] == pytest.approx([0.5] * 7)
+    client.run(0.2)
+    client.forget()
+    client.set_mode(AUTO_LAND)
+    changed_s = client.wait_for(
+        lambda: client.simulation.autopilot.heartbeat.custom_mode == AUTO_LAND, 0.2
+    )
+    client.run(0.1)
+    told = [t for t, m in client.received("CURRENT_MODE") if m.custom_mode == AUTO_LAND]
+    assert len(told) == 1
+    assert told[0] - changed_s < 0.03
 
 
 def test_at_100_hz_the_steps_are_8_and_12_ms() -> None:
