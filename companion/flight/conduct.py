@@ -24,9 +24,9 @@ from companion.flight.inspector import Inspector
 from companion.flight.mission_backend import make_backend
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
-from companion.flight.parameters import Parameters
 from companion.flight.phases import fly
 from companion.flight.setpoint_stream import SetpointStream
+from companion.flight.settings import Settings
 from companion.flight.sharing import shared_link, watch_link
 from companion.flight.timing import Percentiles, Punctuality, measure_timer_noise, percentiles_ms
 from companion.flight.voice import Voice
@@ -128,8 +128,7 @@ async def conduct(
         inbox,
         Authority(connection, stream, inbox, voice),
         voice,
-        Parameters(connection),
-        adopt,
+        Settings(config.mission, connection, stream, voice, adopt),
         make_backend(config.mission.link.mission_backend, connection),
         scope,
         None

@@ -1,7 +1,6 @@
 """What the stages of a flight work with, and what they keep of it."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -15,12 +14,11 @@ from companion.flight.inbox import Inbox
 from companion.flight.inspector import Inspector
 from companion.flight.mission_backend import MissionBackend
 from companion.flight.motion_capture import MotionCapture
-from companion.flight.parameters import Parameters
 from companion.flight.placement import Placement
 from companion.flight.setpoint_stream import SetpointStream
+from companion.flight.settings import Settings
 from companion.flight.timeline import Timeline
 from companion.flight.voice import Voice
-from companion.thrust_meaning import ThrustMeaning
 from companion.trajectories.trajectory import Trajectory
 
 
@@ -45,8 +43,6 @@ class Progress:
     """Height of the ground that it stood on, in the local frame."""
     placement: Placement | None = None
     """Where the mission lies; settled when it first engages."""
-    takeoff_height_m: float = math.nan
-    """How high the take-off goes, above the ground."""
     completed: bool = False
     """The trajectory was flown to its end."""
 
@@ -63,9 +59,8 @@ class Flight:
     inbox: Inbox
     authority: Authority
     voice: Voice
-    parameters: Parameters
-    adopt: Callable[[ThrustMeaning], None]
-    """Fly with a stack for this meaning of the thrust field."""
+    settings: Settings
+    """The autopilot's parameters that the flight goes by."""
     backend: MissionBackend
     """Who asks for arming, take-off and landing."""
     scope: FlightScope = FlightScope.WHOLE

@@ -26,6 +26,8 @@ class HandingOver:
         self._connection = connection
         self._voice = voice
         self._task: asyncio.Task[None] | None = None
+        self._hold: AttitudeSetpoint | None = None
+        """What is sent until the mode is confirmed."""
         self.ours = False
         """True while the companion flies the vehicle: another's is not given to anybody."""
 
@@ -53,7 +55,12 @@ class HandingOver:
             hold: what to send until the mode is confirmed; None to send nothing.
         """
         if self.possible:
-            self._task = asyncio.get_running_loop().create_task(self._run(hold))
+            self._hold = hold
+            self._task = asyncio.get_running_loop().create_task(self._run())
+
+    def hold_no_longer(self) -> None:
+        """Command on, but send no setpoint meanwhile."""
+        self._hold = None
 
     def cancel(self) -> None:
         """Command nothing more: we fly again."""
@@ -66,10 +73,10 @@ class HandingOver:
         if self._task is not None:
             await asyncio.gather(self._task, return_exceptions=True)
 
-    async def _run(self, hold: AttitudeSetpoint | None) -> None:
+    async def _run(self) -> None:
         connection = self._connection
         for mode in connection.dialect.hand_over.modes:
-            verdict = await self._command(mode, hold)
+            verdict = await self._command(mode)
             if verdict is None:
                 return
             if verdict is Verdict.ACCEPTED:
@@ -79,14 +86,14 @@ class HandingOver:
                 # It may well have obeyed: what is lost is most likely the way back to us.
                 self._voice.tell("error", f"mode {mode} was commanded and not confirmed")
                 return
-            hold = None
+            self._hold = None
         self._voice.tell(
             "error",
             "the autopilot refused every mode of the hand-over: it levels out and drifts. Take "
             "over by remote control",
         )
 
-    async def _command(self, mode: str, hold: AttitudeSetpoint | None) -> Verdict | None:
+    async def _command(self, mode: str) -> Verdict | None:
         """Command a mode until there is a verdict; None if somebody else chose another one."""
         connection, loop = self._connection, asyncio.get_running_loop()
         ours = (connection.dialect.setpoint_mode, mode)
@@ -96,8 +103,8 @@ class HandingOver:
             while change.verdict is Verdict.PENDING:
                 if connection.mode not in ours or not connection.reports.armed:
                     return None
-                if hold is not None and loop.time() - begun_s < HOLD_S:
-                    self._send(hold)
+                if self._hold is not None and loop.time() - begun_s < HOLD_S:
+                    self._send(self._hold)
                 connection.exchanges.pump(loop.time())
                 await asyncio.sleep(_PERIOD_S)
         finally:

@@ -9,18 +9,16 @@ from companion.flight.errors import FlightAbortedError, FlightRefusedError
 from companion.flight.inbox import PilotCommand
 from companion.flight.readiness import become_ready, last_texts
 from companion.flight.reports import LANDED_IN_AIR, LANDED_TAKING_OFF
-from companion.flight.setpoint_stream import LONGEST_PAUSE_S
-from companion.flight.stream_rates import measure_streams
+from companion.flight.stream_rates import begin_measuring, measure_streams
 from companion.mavlink.commands import disarm
 from companion.mavlink.dialects import dialect_named, dialect_names
 from companion.mavlink.exchange import Verdict
 
 _MOST_RESTARTS = 5
+_MOST_LOOKS = 5
 _TEXTS_FOLLOW_S = 0.5
 """ArduPilot denies arming first, and then says why."""
 _FLYING = (LANDED_IN_AIR, LANDED_TAKING_OFF)
-_COVERED_WITHIN_S = 0.06
-_SAME_HEIGHT_M = 0.05
 
 
 class _RestartedError(Exception):
@@ -94,12 +92,14 @@ async def _prepare_once(flight: Flight) -> None:
             + ". Check the link's direction and that the estimator has a position."
         ),
     )
+    begun = None
     if flight.inspector is not None:
+        begun = begin_measuring(flight)
         await flight.inspector.before_flight()
-    await _learn(flight)
+    await flight.settings.learn()
     measured = connection.state is not None
     if measured:
-        await measure_streams(flight)
+        await measure_streams(flight, begun)
     if flight.mocap is not None:
         await flight.mocap.wait_for_poses(connection, wait_s)
     await become_ready(flight)
@@ -108,7 +108,7 @@ async def _prepare_once(flight: Flight) -> None:
         await measure_streams(flight)
     await flight.backend.become_ready(mission.timeouts.ready_s)
     if flight.scope is FlightScope.WHOLE:
-        await _hear_once_more(flight, wait_s)
+        await _look_once_more(flight, wait_s)
 
 
 def _blind(flight: Flight) -> Exception | None:
@@ -122,12 +122,27 @@ def _blind(flight: Flight) -> Exception | None:
     )
 
 
-async def _hear_once_more(flight: Flight, wait_s: float) -> None:
-    """Wait for a HEARTBEAT, the only report that tells armed: arming follows it at once.
+async def _look_once_more(flight: Flight, wait_s: float) -> None:
+    """Read the parameters again, and wait for a HEARTBEAT: only that tells armed.
+
+    Arming follows it at once.
 
     Raises:
-        FlightRefusedError: somebody else has armed it, or chosen another mode.
+        FlightRefusedError: somebody else has armed it, or chosen another mode, or parameters with
+            which the flight cannot be flown.
     """
+    for _ in range(_MOST_LOOKS):
+        await flight.settings.read_again()
+        await _next_heartbeat(flight, wait_s)
+        if not flight.settings.changed:
+            return
+    raise FlightRefusedError(
+        "Somebody keeps setting parameters that the flight goes by: "
+        f"{', '.join(flight.connection.dialect.flight_parameters)}. Wait until they are done."
+    )
+
+
+async def _next_heartbeat(flight: Flight, wait_s: float) -> None:
     reports = flight.connection.reports
     heard = reports.heartbeats
     await flight.connection.waiting.until(
@@ -135,34 +150,6 @@ async def _hear_once_more(flight: Flight, wait_s: float) -> None:
         wait_s,
         lambda: f"No HEARTBEAT of the autopilot came within {wait_s:g} s.",
     )
-
-
-async def _learn(flight: Flight) -> None:
-    """Read the parameters that a flight depends on, and fly accordingly.
-
-    Raises:
-        FlightRefusedError: with these the flight cannot be flown.
-    """
-    connection, mission, stream = flight.connection, flight.mission, flight.stream
-    dialect = connection.dialect
-    values = await flight.parameters.read(dialect.flight_parameters)
-    meaning = dialect.thrust_meaning(values)
-    if isinstance(meaning, str):
-        raise FlightRefusedError(f"{meaning}.")
-    flight.adopt(meaning)
-    # A sample that does not come is covered after this; to the stream that is a pause, too.
-    covered_s = mission.supervisor.state_age_limit_s + _COVERED_WITHIN_S
-    timeout_s = dialect.setpoint_timeout_s(values)
-    stream.longest_pause_s = max(covered_s, min(LONGEST_PAUSE_S, 0.5 * timeout_s))
-    wanted_m = mission.takeoff_height_m
-    height_m = dialect.takeoff_height_m(values, wanted_m)
-    flight.progress.takeoff_height_m = height_m
-    if abs(height_m - wanted_m) > _SAME_HEIGHT_M and "takeoff_height_m" in mission.model_fields_set:
-        flight.voice.tell(
-            "info",
-            f"{dialect.title} takes off to its own height of {height_m:g} m (MIS_TAKEOFF_ALT), "
-            f"not to takeoff_height_m, {wanted_m:g} m",
-        )
 
 
 async def arm_vehicle(flight: Flight) -> None:

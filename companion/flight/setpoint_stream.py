@@ -99,22 +99,40 @@ class SetpointStream:
         self.running = True
         self._connection.health.active()
 
-    def hand_over(self, reason: str) -> None:
+    def hand_over(self, reason: str, *, hold: bool = True) -> None:
         """Give the vehicle to the autopilot in its own way, and stop.
 
         If nothing streams but the vehicle is in the mode of setpoints all the same (ArduPilot
         takes off in it), that mode is ended, too.
+
+        Args:
+            reason: why.
+            hold: hold the vehicle level until the autopilot's mode is confirmed.
         """
         if self.running:
-            hold = self._level()
+            level = self._level() if hold else None
             self.stop(reason)
         elif self.handing_over.possible:
-            hold = None
+            level = None
             self.stopped_because = reason
         else:
             return
         self._connection.health.emergency()
-        self.handing_over.begin(hold)
+        self.handing_over.begin(level)
+
+    def give_up(self, reason: str, *, hold: bool = True) -> None:
+        """Hand over because of something that is wrong, and tell it; nothing if nothing flows.
+
+        Args:
+            reason: what is wrong.
+            hold: hold the vehicle level until the autopilot's mode is confirmed.
+        """
+        if not hold:
+            self.handing_over.hold_no_longer()
+        if self.running:
+            explanation = self._connection.dialect.hand_over.explanation
+            self.hand_over(reason, hold=hold)
+            self._voice.tell("error", f"handing over: {reason}; {explanation}")
 
     def stop(self, reason: str = "") -> None:
         """Stop streaming; a reason means that it was not planned."""
@@ -214,7 +232,7 @@ class SetpointStream:
                 )
             except InvalidSetpointError as error:
                 # The ladder makes none of these: what made it cannot be trusted further.
-                self._give_up(f"a setpoint was withheld: {error}")
+                self.give_up(f"a setpoint was withheld: {error}")
                 return False
             self._connection.send(message)
             self._sent_s = asyncio.get_running_loop().time()
@@ -243,16 +261,11 @@ class SetpointStream:
         pause_s *= clock.rate if clock.valid else 1.0
         if pause_s <= self.longest_pause_s:
             return False
-        self._give_up(f"the companion itself stood still for {pause_s:.1f} s")
+        self.give_up(f"the companion itself stood still for {pause_s:.1f} s")
         return True
 
     def _fail(self, error: Exception) -> None:
-        self._give_up(f"the companion failed ({type(error).__name__}: {error})")
-
-    def _give_up(self, reason: str) -> None:
-        explanation = self._connection.dialect.hand_over.explanation
-        self.hand_over(reason)
-        self._voice.tell("error", f"handing over: {reason}; {explanation}")
+        self.give_up(f"the companion failed ({type(error).__name__}: {error})")
 
     def _level(self) -> AttitudeSetpoint | None:
         """What holds the vehicle while it is handed over; None if that cannot be made."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from companion.flight.assemble import fence_infeasibilities
 from companion.flight.crew import Flight, FlightScope
-from companion.flight.errors import FlightAbortedError
+from companion.flight.errors import FlightAbortedError, FlightRefusedError, HandedOverError
 from companion.flight.ground_stream import risen_without_satellites
 from companion.flight.placement import PlacedTrajectory, Placement, place
 from companion.flight.readiness import last_texts
@@ -29,7 +29,7 @@ async def take_off(flight: Flight) -> None:
         FlightAbortedError: it was refused, or did not come to its end.
     """
     connection, mission = flight.connection, flight.mission
-    dialect, height_m = connection.dialect, flight.progress.takeoff_height_m
+    dialect, height_m = connection.dialect, flight.settings.takeoff_height_m
     begins_in, holds_in = dialect.takeoff_modes[0], dialect.takeoff_modes[-1]
     flight.authority.expect(connection.mode, *dialect.takeoff_modes)
     flight.voice.phase("take off", "by the autopilot")
@@ -76,9 +76,12 @@ async def engage(flight: Flight) -> Timeline:
     """Stream first, then ask for the mode, then let the controller take over.
 
     Raises:
-        FlightAbortedError: the autopilot does not take setpoints, or the trajectory as the
-            vehicle points leaves the geofence.
+        FlightAbortedError: the autopilot does not take setpoints, or not such as the companion can
+            make, or the trajectory as the vehicle points leaves the geofence.
+        HandedOverError: the same of setpoints, when others have flown the vehicle meanwhile.
     """
+    if flight.scope is FlightScope.WHOLE:  # nobody else is at a simulated one in the air
+        await _read_settings_again(flight)
     connection, stream, mission = flight.connection, flight.stream, flight.mission
     placement = _settled_placement(flight)
     mode = connection.dialect.setpoint_mode
@@ -115,6 +118,21 @@ async def engage(flight: Flight) -> Timeline:
     progress.timeline = timeline
     progress.completed = False
     return timeline
+
+
+async def _read_settings_again(flight: Flight) -> None:
+    """What the setpoints mean may have been changed since it was read.
+
+    Raises:
+        FlightAbortedError: to what cannot be flown.
+        HandedOverError: the same, when others have flown the vehicle meanwhile: they go on.
+    """
+    try:
+        await flight.settings.read_again()
+    except FlightRefusedError as error:
+        if flight.authority.handed_over:
+            raise HandedOverError(f"not resumed: {error}".rstrip(".")) from error
+        raise FlightAbortedError(str(error)) from error
 
 
 def _settled_placement(flight: Flight) -> Placement:
