@@ -112,3 +112,39 @@ def test_a_needed_stream_that_is_slow_is_told_and_flown_with(bench):
     flown = bench.fly()
     assert flown.outcome.outcome == "landed"
     assert len(flown.told("EXTENDED_SYS_STATE arrives at 2 Hz, 5 Hz were asked for")) == 1
+
+
+@pytest.mark.parametrize(("autopilot", "within_s"), [("px4", 1.9), ("ardupilot", 3.0)])
+def test_the_streams_are_measured_while_the_check_asks(bench, autopilot, within_s):
+    """Of an autopilot that is ready already; on ArduPilot questions go unanswered."""
+    bench.wire.from_shim = lambda p: p.raw if p.time_s > 12.0 else b""
+    flown = bench.fly(options={"autopilot": autopilot}, check=False)
+    assert flown.outcome.outcome == "landed", flown.outcome.note
+    asked_s = next(t for t, c, _ in flown.wire.commands if c == CommandId.SET_MESSAGE_INTERVAL)
+    assert 1.0 < flown.began("ready") - asked_s < within_s
+
+
+def test_a_slow_state_is_told_once(bench):
+    flown = bench.fly(parameters={"EKF2_PREDICT_US": 20000})
+    assert flown.outcome.outcome == "landed", flown.outcome.note
+    warnings = [text for _, severity, text in flown.seen.messages if severity == "warning"]
+    assert len(warnings) == 1
+    assert warnings[0].startswith("the state (ODOMETRY) arrives at 50 Hz")
+
+
+def test_a_state_that_is_slow_only_while_the_check_asks_is_not_told(bench):
+    """Answers took its room on the link."""
+    answered = []
+    thin = thin_out((MessageId.ODOMETRY,), 2)
+
+    def crowd(packet):
+        if packet.message_id == MessageId.PARAM_VALUE:
+            answered.append(packet.time_s)
+        crowded = not answered or packet.time_s < answered[0] + 0.7
+        return thin(packet) if crowded else packet.raw
+
+    bench.wire.from_shim = crowd
+    flown = bench.fly()
+    assert flown.outcome.outcome == "landed", flown.outcome.note
+    assert not any("arrives at" in text for _, _, text in flown.seen.messages)
+    assert intervals_asked(flown).count(int(MessageId.ODOMETRY)) == 1
