@@ -33,9 +33,10 @@ async def land(flight: Flight) -> None:
             await _wait_disarmed(flight)
             return
     change = await flight.backend.land()
-    stream.stop()
     if change.verdict is not Verdict.ACCEPTED:
+        stream.hand_over(change.explanation)
         raise HandedOverError(change.explanation)
+    stream.stop()
     connection.health.standby()
     flight.authority.expect_landing("land")
     await _wait_disarmed(flight)

@@ -240,6 +240,34 @@ def test_a_helper_that_dies_brakes_before_the_end(bench, monkeypatch):
     assert_braked(flown, flown.began("track") + 1.0)
 
 
+@pytest.mark.parametrize("phase", ["take off", "track", "land"])
+def test_a_failure_of_the_flight_itself_brakes_before_the_end(bench, monkeypatch, phase):
+    """Whatever raises in it: the companion ends, and the vehicle must not be left in GUIDED.
+
+    Where the landing has been confirmed it goes on.
+    """
+
+    def failing():
+        raise KeyError("made up")
+
+    def break_it():
+        monkeypatch.setattr(bench.inbox, "take", failing)
+
+    bench.after(phase, 4.0 if phase == "take off" else 1.0, break_it)
+    flown = bench.fly(settings=WAIT)
+    assert flown.outcome.outcome == "aborted"
+    assert flown.outcome.note.startswith("The companion failed (KeyError: 'made up')")
+    begun = flown.began(phase) + (4.0 if phase == "take off" else 1.0)
+    if phase == "land":
+        assert modes_asked(flown, begun) == []
+        assert flown.wire.modes[-1][1] == "land"
+        return
+    assert modes_asked(flown, begun) == [BRAKE]
+    assert flown.wire.modes[-1][1] == "brake"
+    assert flown.wire.setpoints_after(begun + 1.2) == []
+    assert all(s.tilt_deg < 0.01 for s in flown.wire.setpoints_after(begun + 0.1))
+
+
 def test_after_a_stand_still_of_its_own_the_companion_brakes(bench):
     def stall():
         asyncio.get_running_loop().stall(0.7)
@@ -251,20 +279,37 @@ def test_after_a_stand_still_of_its_own_the_companion_brakes(bench):
     assert_braked(flown, said)
 
 
-def test_a_brake_that_is_refused_becomes_a_landing(bench):
-    """Without a position ArduPilot refuses BRAKE."""
+def refuse_mode(bench, mode):
+    """A tamper: the autopilot refuses one mode."""
 
     def refuse(packet):
         if packet.message_id == MessageId.COMMAND_LONG:
             *parameters, command, _, _, _ = packet.fields(struct.Struct("<7fHBBB"))
-            if command == CommandId.DO_SET_MODE and parameters[1] == BRAKE:
+            if command == CommandId.DO_SET_MODE and parameters[1] == mode:
                 payload = _ACK.pack(176, 4, 0, 0, 1, 191)
                 bench.wire.send_to_companion(Outgoing(MessageId.COMMAND_ACK, payload))
                 return b""
         return packet.raw
 
+    return refuse
+
+
+def test_a_landing_that_is_refused_becomes_a_brake(bench):
+    """It must not be left in GUIDED, without a stream, when the companion gives up."""
+    bench.after("land", 0.0, lambda: setattr(bench.wire, "to_shim", refuse_mode(bench, LAND)))
+    flown = bench.fly(settings=WAIT)
+    assert flown.outcome.outcome == "aborted"
+    begun = flown.began("land")
+    assert modes_asked(flown, begun) == [LAND, BRAKE]
+    assert flown.wire.modes[-1][1] == "brake"
+    assert all(s.tilt_deg < 0.01 for s in flown.wire.setpoints_after(begun + 0.1))
+
+
+def test_a_brake_that_is_refused_becomes_a_landing(bench):
+    """Without a position ArduPilot refuses BRAKE."""
+
     def abort():
-        bench.wire.to_shim = refuse
+        bench.wire.to_shim = refuse_mode(bench, BRAKE)
         bench.inbox.put(PilotCommand.ABORT)
 
     bench.after("track", 1.0, abort)
