@@ -25,9 +25,11 @@ from sitl_shim.autopilot.px4.announcements import Announcer
 from sitl_shim.autopilot.px4.command_desk import CommandDesk
 from sitl_shim.autopilot.px4.commander import Commander
 from sitl_shim.autopilot.px4.flight_control import STOPPED, FlightControl
+from sitl_shim.autopilot.px4.land_detector import LandDetector
 from sitl_shim.autopilot.px4.modes import Mode
 from sitl_shim.autopilot.px4.offboard import OffboardStream
 from sitl_shim.autopilot.px4.parameters import make_parameters
+from sitl_shim.autopilot.px4.position_flight import PositionFlight
 from sitl_shim.autopilot.thrust_axis import heading_of
 from sitl_shim.frames import Quaternion, Vector3
 
@@ -76,13 +78,18 @@ class Px4Autopilot:
             self._commander, self.parameters, self.mission, self._announcer, seed=seed
         )
         self._stream = OffboardStream()
-        self._control = FlightControl(
+        detector = LandDetector(landed=not airborne)
+        position_flight = PositionFlight(
             self.parameters,
             self._commander,
             self._stream,
             self.mission,
+            detector,
             airborne=airborne,
             origin_altitude_amsl_m=origin_altitude_amsl_m,
+        )
+        self._control = FlightControl(
+            self.parameters, self._commander, self._stream, detector, position_flight
         )
         self._loss_s = self.parameters["COM_OF_LOSS_T"]
         predict_us = self.parameters["EKF2_PREDICT_US"]

@@ -9,6 +9,7 @@ from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4 import arming, failsafe
 from sitl_shim.autopilot.px4.announcements import (
     CRITICAL,
+    ERROR,
     INFO,
     REASON_TEXTS,
     WARNING,
@@ -285,6 +286,11 @@ class Commander:
             self._announcer.tell(
                 make_event("navigator_takeoff_default_alt", struct.pack("<f", altitude_m))
             )
+
+    def say_already_higher(self) -> None:
+        """Tell that a take-off asks for less than the present altitude."""
+        self._announcer.say(CRITICAL, "Already higher than takeoff altitude")
+        self._announcer.tell(make_event("navigator_takeoff_already_higher", external=ERROR))
 
     def set_mode(self, mode: Mode) -> bool:
         """Choose a mode: disarmed any, armed only one that can run; False if refused."""

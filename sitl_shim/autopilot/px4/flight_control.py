@@ -1,7 +1,6 @@
 """Flight control: from mode and stream to the rotors, one period of 4 ms at a time."""
 
 from sitl_shim.autopilot.interface import Motion, RotorCommands
-from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4.attitude_control import AttitudeControl
 from sitl_shim.autopilot.px4.commander import Commander
@@ -24,11 +23,10 @@ class FlightControl:
 
     Args:
         parameters: gains, limits and speeds.
-        commander: says which mode flies, and is told when a take-off is done.
+        commander: says which mode flies.
         stream: offboard setpoints.
-        plan: the mission.
-        airborne: begin in the air.
-        origin_altitude_amsl_m: altitude of the local frame's origin.
+        detector: of landings.
+        position_flight: flies where positions count.
     """
 
     def __init__(
@@ -36,24 +34,14 @@ class FlightControl:
         parameters: ParameterStore,
         commander: Commander,
         stream: OffboardStream,
-        plan: MissionPlan,
-        *,
-        airborne: bool,
-        origin_altitude_amsl_m: float,
+        detector: LandDetector,
+        position_flight: PositionFlight,
     ) -> None:
         self.parameters = parameters
         self._commander = commander
         self._stream = stream
-        self._detector = LandDetector(landed=not airborne)
-        self._position_flight = PositionFlight(
-            parameters,
-            commander,
-            stream,
-            plan,
-            self._detector,
-            airborne=airborne,
-            origin_altitude_amsl_m=origin_altitude_amsl_m,
-        )
+        self._detector = detector
+        self._position_flight = position_flight
         self._attitude_control = AttitudeControl(parameters)
         self._rate_control = RateControl(parameters)
         self._curve = ThrustCurve(parameters)

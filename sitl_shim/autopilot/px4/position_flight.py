@@ -22,6 +22,8 @@ from sitl_shim.frames import Vector3
 
 IDLE_THRUST = 0.001
 """What PX4 commands while it stands armed."""
+_LEAST_CLIMB_M = 0.2
+"""A take-off to less above where it stands does not leave the ground."""
 _SINKING_SHARE = 1.1
 """A vertical velocity setpoint beyond this share of LNDMC_Z_VEL_MAX is meant to go down."""
 
@@ -65,6 +67,7 @@ class PositionFlight:
         self._task: FlightTask | None = None
         self._mission: MissionFlight | None = None
         self._home: Vector3 = (0.0, 0.0, 0.0)
+        self._too_low = False
 
     @property
     def taking_off(self) -> bool:
@@ -103,6 +106,7 @@ class PositionFlight:
 
     def advance_ramp(self, motion: Motion) -> None:
         """One period of the take-off ramp, whoever flies."""
+        self._judge_takeoff(motion)
         self._ramp.step(
             self._parameters,
             armed=True,
@@ -148,7 +152,17 @@ class PositionFlight:
             return bool(self._plan.items) and not self._plan.complete
         if mode is Mode.OFFBOARD and position is not None:
             return offboard_position.wants_takeoff(position, motion)
-        return mode is Mode.AUTO_TAKEOFF
+        return mode is Mode.AUTO_TAKEOFF and self._climb_m(motion) > _LEAST_CLIMB_M
+
+    def _climb_m(self, motion: Motion) -> float:
+        return self._takeoff_goal_m() - motion.position_enu_m[2]
+
+    def _judge_takeoff(self, motion: Motion) -> None:
+        """Say once that the altitude asked for is below the present one, which is kept then."""
+        too_low = self._commander.mode is Mode.AUTO_TAKEOFF and self._climb_m(motion) < 0.0
+        if too_low and not self._too_low:
+            self._commander.say_already_higher()
+        self._too_low = too_low
 
     # --- offboard ---
 

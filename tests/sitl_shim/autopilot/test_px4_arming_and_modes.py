@@ -11,9 +11,11 @@ from tests.sitl_shim.mavlink.shim_client import (
     AUTO_RTL,
     AUTO_TAKEOFF,
     LAND,
+    NAN,
     OFFBOARD,
     POSCTL,
     SET_MODE,
+    TAKEOFF,
     ShimClient,
     airborne,
 )
@@ -109,6 +111,44 @@ def test_take_off_climbs_to_the_parameter_and_then_holds(grounded: ShimClient) -
     assert 4.5 <= held_s - since_s <= 7.5
     grounded.run(4.0)
     assert grounded.simulation.state.position_enu_m[2] == pytest.approx(2.5, abs=0.15)
+
+
+def test_take_off_to_an_altitude_below_the_ground_stays_there_and_says_why(
+    grounded: ShimClient,
+) -> None:
+    grounded.boot()
+    grounded.heartbeat(6)
+    grounded.command(ARM, 1)
+    grounded.command(TAKEOFF, 0, 0, 0, NAN, NAN, NAN, 3.0)  # above the sea, like the ground's 489
+    heading = grounded.attitude()
+    grounded.run(6.0)
+    assert grounded.acks(TAKEOFF) == [0]
+    assert grounded.texts().count("Already higher than takeoff altitude\t") == 1
+    assert _mode(grounded) == AUTO_TAKEOFF
+    assert _armed(grounded)
+    assert grounded.simulation.state.on_ground
+    assert grounded.attitude() == pytest.approx(heading, abs=0.02)
+    grounded.run(4.5)
+    assert not _armed(grounded)
+
+
+def test_take_off_in_the_air_to_an_altitude_below_holds_the_present_one() -> None:
+    client = airborne()
+    client.command(TAKEOFF, 0, 0, 0, NAN, NAN, NAN, 500.0)  # 11 m above the ground
+    client.run(3.0)
+    assert _mode(client) == AUTO_LOITER
+    assert client.simulation.state.position_enu_m[2] == pytest.approx(30.0, abs=0.3)
+
+
+def test_take_off_to_an_altitude_above_the_sea_goes_there(grounded: ShimClient) -> None:
+    grounded.boot()
+    grounded.command(ARM, 1)
+    altitude_m = grounded.simulation.origin.altitude_amsl_m + 4.0
+    grounded.command(TAKEOFF, 0, 0, 0, NAN, NAN, NAN, altitude_m)
+    grounded.run(1.0)
+    grounded.wait_for(lambda: _mode(grounded) == AUTO_LOITER, 12.0)
+    grounded.run(3.0)
+    assert grounded.simulation.state.position_enu_m[2] == pytest.approx(4.0, abs=0.2)
 
 
 def test_take_off_of_a_disarmed_vehicle_only_changes_the_mode(grounded: ShimClient) -> None:
