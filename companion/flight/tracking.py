@@ -1,5 +1,6 @@
 """The stages in the air: take off, let the controller take over, follow the reference."""
 
+import asyncio
 import math
 
 import numpy as np
@@ -81,7 +82,7 @@ async def engage(flight: Flight) -> Timeline:
         HandedOverError: the same of setpoints, when others have flown the vehicle meanwhile.
     """
     if flight.scope is FlightScope.WHOLE:  # nobody else is at a simulated one in the air
-        await _read_settings_again(flight)
+        await _look_again(flight)
     connection, stream, mission = flight.connection, flight.stream, flight.mission
     placement = _settled_placement(flight)
     mode = connection.dialect.setpoint_mode
@@ -120,13 +121,17 @@ async def engage(flight: Flight) -> Timeline:
     return timeline
 
 
-async def _read_settings_again(flight: Flight) -> None:
+async def _look_again(flight: Flight) -> None:
     """What the setpoints mean may have been changed since it was read.
 
     Raises:
         FlightAbortedError: to what cannot be flown.
-        HandedOverError: the same, when others have flown the vehicle meanwhile: they go on.
+        HandedOverError: the same, or there is no state to fly on, when others have flown the
+            vehicle meanwhile: they go on.
     """
+    now_s = asyncio.get_running_loop().time()
+    if flight.authority.handed_over and not flight.connection.samples.arriving(now_s):
+        raise HandedOverError("not resumed: no usable state of the vehicle arrives")
     try:
         await flight.settings.read_again()
     except FlightRefusedError as error:
