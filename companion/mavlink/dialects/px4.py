@@ -57,9 +57,8 @@ class Px4:
     streams = (
         # PX4 rounds to its 4 ms tick: 10 ms gives 99 Hz.
         Stream(MessageId.ODOMETRY, 0.010, required=True),
-        # HEARTBEAT cannot be asked for faster than 1 Hz; this shows a mode change at once,
-        # and comes twice a second besides, however often it is asked for.
-        Stream(MessageId.CURRENT_MODE, 0.500, required=False),
+        # HEARTBEAT cannot be asked for faster than 1 Hz; this shows a mode change at once.
+        Stream(MessageId.CURRENT_MODE, 0.100, required=False),
         Stream(MessageId.SYS_STATUS, 0.200, required=True),
         Stream(MessageId.EXTENDED_SYS_STATE, 0.200, required=True),
         Stream(MessageId.ATTITUDE_TARGET, 0.100, required=False),

@@ -71,7 +71,7 @@ def test_the_streams_that_the_flight_needs_are_asked_for():
     wanted = {stream.message_id: stream.interval_s for stream in PX4.streams}
 
     assert wanted[331] == 0.010
-    assert wanted[436] == 0.500  # PX4 sends no more, but at each change
+    assert wanted[436] == 0.100
     assert PX4.setpoint_mode == "offboard"
     assert PX4.stream_before_mode_s >= 1.0
     assert PX4.hand_over.modes == ()
