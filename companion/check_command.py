@@ -16,10 +16,10 @@ from companion.config.resolve import FlightConfig, load_flight
 from companion.config.signing_key import signing_key
 from companion.config.yaml_source import ConfigError, settings_of
 from companion.flight.assemble import make_trajectory
-from companion.flight.checking import Checked, CheckOrder, Tell
+from companion.flight.check.checking import Checked, CheckOrder, Tell
+from companion.flight.check.restore_file import RestoreFileError, RestoreList, read_restore_file
 from companion.flight.embedded_shim import embedded_shim
 from companion.flight.errors import ShimRefusedError
-from companion.flight.restore_file import RestoreFileError, RestoreList, read_restore_file
 from companion.flight.shim_process import ShimOptions
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
@@ -106,7 +106,7 @@ def _check(
 
         assert shim is not None
         return check_in_lockstep(order, tell, shim, signing_key=key)
-    from companion.flight.check_real_time import check_in_real_time
+    from companion.flight.check.check_real_time import check_in_real_time
 
     return check_in_real_time(order, tell, shim, signing_key=key)
 

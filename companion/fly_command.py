@@ -21,11 +21,11 @@ from companion.config.yaml_source import ConfigError, settings_of
 from companion.flight.assemble import attitude_gains, infeasibilities, make_stack, make_trajectory
 from companion.flight.conduct import Outcome, OutcomeName
 from companion.flight.embedded_shim import embedded_shim
-from companion.flight.endpoints import Endpoint
 from companion.flight.errors import ShimRefusedError
-from companion.flight.mission_backend import require_mavsdk
 from companion.flight.records import CHANNELS
+from companion.flight.shared_link.endpoints import Endpoint
 from companion.flight.shim_process import ShimOptions
+from companion.flight.stages.mission_backend import require_mavsdk
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
 from companion.mocap.sources import MocapError

@@ -14,17 +14,17 @@ import numpy as np
 
 from companion.config.resolve import FlightConfig
 from companion.control.qp.port import QpSolverFactory
-from companion.flight.checking import Checked, CheckOrder, Tell, check_vehicle
+from companion.flight.check.checking import Checked, CheckOrder, Tell, check_vehicle
 from companion.flight.clock import run_in_virtual_time
 from companion.flight.conduct import Outcome, conduct
-from companion.flight.crew import FlightScope
 from companion.flight.errors import ShimRefusedError
 from companion.flight.inbox import Inbox
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
-from companion.flight.placement import PlacedTrajectory, place
+from companion.flight.setpoints.placement import PlacedTrajectory, place
 from companion.flight.shim_process import ShimOptions, with_state_rate
 from companion.flight.signals import commands_by_signal
+from companion.flight.stages.crew import FlightScope
 from companion.link.memory import MemoryLink
 from companion.mavlink.signing import Signing
 from companion.mocap.bridge import MocapBridge

@@ -36,14 +36,14 @@ from companion.control.thrust_laws import (
 )
 from companion.control.transfer_function import TransferFunction, first_order
 from companion.control.yaw import YawGains
-from companion.flight.placement import (
+from companion.flight.setpoints.placement import (
     PlacedTrajectory,
     Placement,
     about_anchor,
     known_heading_rad,
     place,
 )
-from companion.flight.supervisor import SupervisorLimits
+from companion.flight.setpoints.supervisor import SupervisorLimits
 from companion.thrust_meaning import COLLECTIVE, ThrustMeaning
 from companion.trajectories.feasibility import (
     Fence,

@@ -14,21 +14,26 @@ from typing import Any, Literal
 from companion.config.resolve import FlightConfig
 from companion.control.qp.port import QpSolverFactory
 from companion.flight.assemble import make_stack, supervisor_limits
-from companion.flight.authority import Authority
-from companion.flight.connection import Connection
-from companion.flight.control_loop import ControlLoop
-from companion.flight.crew import Flight, FlightScope
+from companion.flight.check.inspector import Inspector
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.inbox import Inbox
-from companion.flight.inspector import Inspector
-from companion.flight.mission_backend import make_backend
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
-from companion.flight.phases import fly
-from companion.flight.setpoint_stream import SetpointStream
-from companion.flight.settings import Settings
-from companion.flight.sharing import shared_link, watch_link
-from companion.flight.timing import Percentiles, Punctuality, measure_timer_noise, percentiles_ms
+from companion.flight.setpoints.control_loop import ControlLoop
+from companion.flight.setpoints.setpoint_stream import SetpointStream
+from companion.flight.setpoints.timing import (
+    Percentiles,
+    Punctuality,
+    measure_timer_noise,
+    percentiles_ms,
+)
+from companion.flight.shared_link.sharing import shared_link, watch_link
+from companion.flight.stages.authority import Authority
+from companion.flight.stages.crew import Flight, FlightScope
+from companion.flight.stages.mission_backend import make_backend
+from companion.flight.stages.phases import fly
+from companion.flight.stages.settings import Settings
+from companion.flight.vehicle.connection import Connection
 from companion.flight.voice import Voice
 from companion.link.link import Link, LinkError
 from companion.mavlink.signing import Signing

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from functools import partial
 
 from companion.config.models import MissionConfig
-from companion.flight.connection import Connection
 from companion.flight.errors import LinkLostError
 from companion.flight.motion_capture import MotionCapture, motion_capture
+from companion.flight.vehicle.connection import Connection
 from companion.link.make import make_link
 from companion.link.url import LinkUrl
 from companion.mavlink.peers import vehicle_heartbeat_in

@@ -15,9 +15,9 @@ import contextlib
 from collections.abc import AsyncIterator, Callable
 
 from companion.config.mocap_models import MocapConfig
-from companion.flight.connection import Connection
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
-from companion.flight.reports import LANDED_IN_AIR, LANDED_TAKEOFF, Reports
+from companion.flight.vehicle.connection import Connection
+from companion.flight.vehicle.reports import LANDED_IN_AIR, LANDED_TAKEOFF, Reports
 from companion.mavlink.messages import Outgoing
 from companion.mocap.bridge import MocapBridge
 from companion.mocap.sources import open_source

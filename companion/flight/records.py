@@ -10,7 +10,7 @@ from companion.control.frameworks import StackRecord
 from companion.control.mpc import MpcRecord
 from companion.control.pid import PidTerms
 from companion.control.reference_model import Array
-from companion.flight.control_loop import Output
+from companion.flight.setpoints.control_loop import Output
 from companion.recording.schema import ChannelSpec, Field
 from companion.vehicle_state import VehicleState
 

@@ -208,7 +208,7 @@ def test_the_ladders_end_brakes(bench):
 
 
 def test_a_failure_of_the_companion_brakes(bench, monkeypatch):
-    from companion.flight.control_loop import ControlLoop
+    from companion.flight.setpoints.control_loop import ControlLoop
 
     def break_it():
         def failing(self, state, delay_s):
@@ -225,7 +225,7 @@ def test_a_failure_of_the_companion_brakes(bench, monkeypatch):
 
 def test_a_helper_that_dies_brakes_before_the_end(bench, monkeypatch):
     """Without its housekeeping the companion is deaf; the vehicle must not be left in GUIDED."""
-    from companion.flight.connection import Connection
+    from companion.flight.vehicle.connection import Connection
 
     def break_it():
         def failing(self, now_s):
@@ -473,7 +473,7 @@ def test_a_study_in_the_air_begins_and_ends_in_guided(bench):
 
 def test_an_error_in_a_stage_of_the_flight_brakes(bench, monkeypatch):
     """A mistake of the companion's own, not in the control loop but in what directs it."""
-    from companion.flight import phases
+    from companion.flight.stages import phases
 
     async def failing(flight, timeline):
         await flight.connection.waiting.pause(1.0)

@@ -118,7 +118,7 @@ def test_a_mode_that_is_chosen_between_readiness_and_arming_refuses_the_flight(b
 
 def test_a_failure_after_a_takeover_commands_nothing_of_the_pilots_vehicle(ardupilot, monkeypatch):
     """The pilot flies in GUIDED, as the companion did: that mode is theirs now."""
-    from companion.flight.connection import Connection
+    from companion.flight.vehicle.connection import Connection
 
     bench = ardupilot
 

@@ -8,9 +8,9 @@ import pytest
 
 from companion.config.resolve import load_flight
 from companion.flight.assemble import make_trajectory
-from companion.flight.checking import CheckOrder
+from companion.flight.check.checking import CheckOrder
+from companion.flight.check.restore_file import RestoreList, read_restore_file
 from companion.flight.embedded_shim import embedded_shim
-from companion.flight.restore_file import RestoreList, read_restore_file
 from companion.lockstep import check_in_lockstep
 from companion.mavlink.codec import Packer, encode
 from companion.mavlink.messages import MessageId

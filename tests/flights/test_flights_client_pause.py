@@ -4,7 +4,7 @@ import contextlib
 
 import pytest
 
-from companion.flight.sharing import hand_over_for_a_pause
+from companion.flight.shared_link.sharing import hand_over_for_a_pause
 
 WAIT = {"timeouts.handed_over_s": "3.0"}
 

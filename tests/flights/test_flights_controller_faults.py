@@ -159,7 +159,7 @@ def test_a_display_that_fails_does_not_end_the_flight(bench, monkeypatch):
 
 
 def test_an_error_in_the_flight_itself_stops_the_stream_and_is_said(bench, monkeypatch):
-    from companion.flight.timeline import Timeline
+    from companion.flight.setpoints.timeline import Timeline
 
     def finished(self, autopilot_time_s):
         if autopilot_time_s > self.start_s + 4.0:
@@ -176,7 +176,7 @@ def test_an_error_in_the_flight_itself_stops_the_stream_and_is_said(bench, monke
 
 def test_an_error_in_the_stream_hands_over(bench, monkeypatch):
     """asyncio swallows what a datagram's handler raises: the stream must notice by itself."""
-    from companion.flight.control_loop import ControlLoop
+    from companion.flight.setpoints.control_loop import ControlLoop
 
     on_sample = ControlLoop.on_sample
 
@@ -195,8 +195,8 @@ def test_an_error_in_the_stream_hands_over(bench, monkeypatch):
 
 @pytest.mark.parametrize("helper", ["housekeeping", "watch"])
 def test_a_helper_that_dies_ends_the_flight(bench, monkeypatch, helper):
-    from companion.flight.connection import Connection
-    from companion.flight.setpoint_stream import SetpointStream
+    from companion.flight.setpoints.setpoint_stream import SetpointStream
+    from companion.flight.vehicle.connection import Connection
 
     owner = {"housekeeping": Connection, "watch": SetpointStream}[helper]
     original = getattr(owner, helper)

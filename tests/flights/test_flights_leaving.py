@@ -7,10 +7,10 @@ from contextlib import suppress
 import pytest
 
 from companion import lockstep
-from companion.flight import phases
+from companion.flight.check.restore_file import RESTORE_NAME, read_restore_file
 from companion.flight.inbox import PilotCommand
-from companion.flight.restore_file import RESTORE_NAME, read_restore_file
-from companion.flight.setpoint_stream import SetpointStream
+from companion.flight.setpoints.setpoint_stream import SetpointStream
+from companion.flight.stages import phases
 from companion.mavlink.messages import MessageId, Outgoing
 from tests.flights.wire import GROUND_STATION
 

@@ -5,8 +5,8 @@ from contextlib import suppress
 
 import pytest
 
+from companion.flight.check.restore_file import RESTORE_NAME, read_restore_file
 from companion.flight.inbox import PilotCommand
-from companion.flight.restore_file import RESTORE_NAME, read_restore_file
 from companion.mavlink.messages import MessageId, Outgoing
 from tests.flights.bench import Bench
 

@@ -155,7 +155,7 @@ def test_what_the_autopilot_says_is_shown_and_logged(bench):
 
 def test_a_wrong_message_of_the_vehicle_does_not_stop_the_rest(bench, monkeypatch):
     """Whatever a message does to its reader, the state behind it is still flown on."""
-    from companion.flight.reports import Reports
+    from companion.flight.vehicle.reports import Reports
 
     take = Reports.take
 

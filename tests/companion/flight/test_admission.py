@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from companion.flight.connection import Connection
+from companion.flight.vehicle.connection import Connection
 from companion.link.make import make_link
 from companion.link.memory import MemoryLink
 from companion.link.url import LinkUrl

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.flight.announcer import QUIET_S, SETTLED_S, WELL, Announcer, Condition
-from companion.flight.supervisor import Rung
+from companion.flight.setpoints.announcer import QUIET_S, SETTLED_S, WELL, Announcer, Condition
+from companion.flight.setpoints.supervisor import Rung
 
 SHIFTED = Condition(Rung.TRACK, "shifted plan", "")
 CLIPPED = Condition(Rung.TRACK, "clipped closed form", "")

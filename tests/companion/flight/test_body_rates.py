@@ -10,9 +10,9 @@ from companion.config.resolve import load_flight
 from companion.config.yaml_source import ConfigError
 from companion.control.attitude import carried
 from companion.flight.assemble import make_stack, make_trajectory, supervisor_limits
-from companion.flight.control_loop import ControlLoop
-from companion.flight.supervisor import Rung
-from companion.flight.timeline import plan_timeline
+from companion.flight.setpoints.control_loop import ControlLoop
+from companion.flight.setpoints.supervisor import Rung
+from companion.flight.setpoints.timeline import plan_timeline
 from companion.frames import quaternion_from_euler, tilt_cosine
 from companion.vehicle_state import VehicleState
 

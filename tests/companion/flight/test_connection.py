@@ -1,6 +1,6 @@
 import pytest
 
-from companion.flight.connection import Connection
+from companion.flight.vehicle.connection import Connection
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, encode
 

@@ -1,6 +1,6 @@
 """What a connection makes of a link that comes and goes, and of others on it."""
 
-from companion.flight.connection import Connection
+from companion.flight.vehicle.connection import Connection
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, encode
 from companion.mavlink.messages import VehicleStateOfHealth, heartbeat

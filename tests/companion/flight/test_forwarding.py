@@ -8,9 +8,9 @@ import socket
 import pytest
 
 from companion.config.link_models import ForwardConfig
-from companion.flight.connection import Connection
-from companion.flight.endpoints import datagrams_of
-from companion.flight.forwarding import Forwarder
+from companion.flight.shared_link.endpoints import datagrams_of
+from companion.flight.shared_link.forwarding import Forwarder
+from companion.flight.vehicle.connection import Connection
 from companion.link.link import LinkError
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, decode, encode

@@ -1,6 +1,6 @@
 """What our own heartbeat says: the worst since the one before, and nothing better than is true."""
 
-from companion.flight.health import Health
+from companion.flight.vehicle.health import Health
 from companion.mavlink.messages import VehicleStateOfHealth as State
 
 

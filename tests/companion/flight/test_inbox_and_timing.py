@@ -3,7 +3,7 @@
 import pytest
 
 from companion.flight.inbox import Inbox, PilotCommand
-from companion.flight.timing import DEADLINE_S, Punctuality, percentiles_ms
+from companion.flight.setpoints.timing import DEADLINE_S, Punctuality, percentiles_ms
 
 
 def test_commands_are_taken_in_the_order_in_which_they_came():

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from companion.flight.connection import Connection
-from companion.flight.ears import Ears
-from companion.flight.inspection import version_text
+from companion.flight.check.inspection import version_text
+from companion.flight.vehicle.connection import Connection
+from companion.flight.vehicle.ears import Ears
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, encode
 from companion.mavlink.messages import MessageId

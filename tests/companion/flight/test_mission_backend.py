@@ -7,12 +7,12 @@ import pytest
 
 from companion.config.link_models import ForwardConfig
 from companion.config.yaml_source import ConfigError
-from companion.flight import mavsdk_mission, mission_backend
-from companion.flight.connection import Connection
-from companion.flight.endpoints import Endpoint
 from companion.flight.errors import FlightAbortedError, LandingAskedError
-from companion.flight.mavsdk_mission import MavsdkMission
-from companion.flight.mission_backend import OwnMission, make_backend
+from companion.flight.shared_link.endpoints import Endpoint
+from companion.flight.stages import mavsdk_mission, mission_backend
+from companion.flight.stages.mavsdk_mission import MavsdkMission
+from companion.flight.stages.mission_backend import OwnMission, make_backend
+from companion.flight.vehicle.connection import Connection
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, encode
 from companion.mavlink.dialects.px4 import Px4

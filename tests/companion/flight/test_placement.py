@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from companion.config.models import GeofenceConfig, MissionConfig, OriginConfig
 from companion.config.resolve import load_flight
 from companion.flight.assemble import fence_infeasibilities, infeasibilities, make_stack
-from companion.flight.placement import PlacedTrajectory, Placement, about_anchor, place
+from companion.flight.setpoints.placement import PlacedTrajectory, Placement, about_anchor, place
 from companion.trajectories.from_file import SplineTrajectory
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from companion.flight.pulse import MISSING_S, Pulse
+from companion.flight.vehicle.pulse import MISSING_S, Pulse
 
 
 def heard(pulse, begin_s, end_s, *, beats=False):

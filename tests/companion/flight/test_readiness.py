@@ -1,6 +1,6 @@
 """How a person is told what is waited for."""
 
-from companion.flight.readiness import Progress
+from companion.flight.stages.readiness import Progress
 
 GPS, HOME = ("a position",), ("a position", "home")
 

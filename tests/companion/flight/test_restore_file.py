@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.flight.restore_file import (
+from companion.flight.check.restore_file import (
     RestoreFileError,
     RestoreList,
     read_restore_file,

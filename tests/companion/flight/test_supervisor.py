@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.flight.supervisor import (
+from companion.flight.setpoints.supervisor import (
     RESTARTING,
     Facts,
     Rung,

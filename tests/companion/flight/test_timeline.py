@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.flight.timeline import plan_timeline
+from companion.flight.setpoints.timeline import plan_timeline
 from companion.trajectories.from_file import SplineTrajectory
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 

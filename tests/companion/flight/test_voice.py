@@ -3,7 +3,7 @@
 import pytest
 
 from companion.flight.clock import run_in_virtual_time
-from companion.flight.reports import Reports
+from companion.flight.vehicle.reports import Reports
 from companion.flight.voice import Voice
 from companion.mavlink.codec import Packer, encode
 from companion.mavlink.framing import Framer

@@ -6,7 +6,7 @@ import pytest
 
 from companion.flight.clock import run_in_virtual_time
 from companion.flight.errors import FlightAbortedError, LinkLostError
-from companion.flight.waiting import Waiting
+from companion.flight.vehicle.waiting import Waiting
 
 
 def run(scenario):

@@ -6,7 +6,7 @@ import pytest
 
 from companion.config.models import MissionConfig
 from companion.flight.conduct import Outcome
-from companion.flight.timing import Percentiles
+from companion.flight.setpoints.timing import Percentiles
 from companion.report.metrics import ErrorFigures, TrackingFigures
 from companion.report.result import result_object, write_result
 

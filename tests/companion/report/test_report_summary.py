@@ -6,7 +6,7 @@ from rich.console import Console
 
 from companion.config.models import MissionConfig
 from companion.flight.conduct import Outcome
-from companion.flight.timing import Percentiles
+from companion.flight.setpoints.timing import Percentiles
 from companion.report.metrics import ErrorFigures, TrackingFigures
 from companion.report.result import result_object
 from companion.report.summary import print_summary

@@ -1,0 +1,1 @@
+"""What is looked over before a flight, and what is set for it and set back."""

@@ -1,0 +1,237 @@
+"""One tick of the flight's control: state in, setpoint and record out.
+
+Pure but for its memory: no clock is read, no byte is sent.  Who calls it carries the times in, and
+records what it is given, so that a flight can be repeated from its log.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from companion.control.frameworks import Command, Stack, StackMemory, StackRecord, Tick
+from companion.control.mpc import MpcRecord, MpcStatus
+from companion.control.reference_model import Array
+from companion.flight.setpoints.body_rates import BodyRates
+from companion.flight.setpoints.supervisor import (
+    RESTARTING,
+    Facts,
+    Rung,
+    SupervisorLimits,
+    SupervisorMemory,
+    judge,
+)
+from companion.flight.setpoints.timeline import Timeline
+from companion.frames import Quaternion, Vector3, quaternion_from_euler, tilt_cosine, yaw_of
+from companion.vehicle_state import VehicleState
+
+_FALLBACKS: dict[MpcStatus, str] = {
+    "shifted_plan": "shifted plan",
+    "clipped_closed_form": "clipped closed form",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What a tick decided."""
+
+    rung: Rung
+    reason: str
+    """Why not the top rung; empty on it."""
+    attitude_flu_to_enu: Quaternion | None
+    """None: nothing is sent."""
+    thrust: float
+    stack: StackRecord | None
+    """The controller's record; None when it did not run."""
+    fallback: str
+    """Name of the fallback in use, empty for none."""
+    rate_flu_rad_s: Vector3 | None = None
+    """Body rates towards that attitude, to be sent in its place; None where attitudes are sent."""
+
+
+class ControlLoop:
+    """The controller under its supervisor.
+
+    Before `engage` it holds: level, with the thrust of hover.  That is what flows while the
+    autopilot waits for a stream before it changes the mode.
+    """
+
+    def __init__(self, stack: Stack, limits: SupervisorLimits) -> None:
+        self.adopt(stack, limits)
+        self._supervisor = SupervisorMemory()
+        self._memory: StackMemory | None = None
+        self._timeline: Timeline | None = None
+        self._desired_yaw_rad = 0.0
+        self._newest: VehicleState | None = None
+        self._plan_status: MpcStatus = "closed_form"
+        self.idle = False
+        """While holding: no thrust.  For collective thrust, before take-off."""
+
+    def adopt(self, stack: Stack, limits: SupervisorLimits) -> None:
+        """Fly with another stack and other limits from now on; only while holding.
+
+        What a stack must be made of is known for certain only once the autopilot has been asked.
+        """
+        self._made_stack, self._made_limits = stack, limits
+        self._stack, self._limits = stack, limits
+        self._thrust_memory = stack.thrust.start(0.0)
+        gains = stack.attitude_loop
+        self._body_rates = None if gains is None else BodyRates(gains)
+
+    @property
+    def state_age_limit_s(self) -> float:
+        """A state older than this is not flown on."""
+        return self._limits.state_age_limit_s
+
+    @property
+    def timeline(self) -> Timeline | None:
+        """The reference in use; None while holding."""
+        return self._timeline
+
+    @property
+    def rung(self) -> Rung:
+        """Where on the ladder the last tick was."""
+        return self._supervisor.rung
+
+    def engage(
+        self,
+        timeline: Timeline,
+        desired_yaw_rad: float,
+        anchor_enu_m: Vector3 = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Let the controller take over at the next sample, without a bump.
+
+        Args:
+            timeline: the reference.
+            desired_yaw_rad: ENU.
+            anchor_enu_m: what the geofence lies about.
+        """
+        self._stack = self._made_stack.about(anchor_enu_m)
+        self._limits = self._made_limits.about(anchor_enu_m)
+        self._timeline = timeline
+        self._desired_yaw_rad = desired_yaw_rad
+        self._memory = None
+
+    def release(self) -> None:
+        """Back to holding, with a clean ladder."""
+        self._timeline = None
+        self._memory = None
+        self._newest = None
+        self._supervisor = SupervisorMemory()
+        self._plan_status = "closed_form"
+
+    def on_sample(self, state: VehicleState, loop_delay_s: float) -> Output | None:
+        """A new sample of the state arrived.
+
+        Args:
+            state: the sample, not older than `state_age_limit_s`.
+            loop_delay_s: from the sample's time until a setpoint sent now acts, s.
+
+        Returns:
+            What to send; None if the sample is not later than the newest: it is not flown on.
+        """
+        if self._newest is not None and state.time_s <= self._newest.time_s:
+            return None
+        self._newest = state
+        output = self._decide(state, loop_delay_s)
+        desired = output.attitude_flu_to_enu
+        if self._body_rates is None or desired is None:
+            return output
+        rate = self._body_rates.at_sample(state, loop_delay_s, desired)
+        return replace(output, rate_flu_rad_s=rate)
+
+    def on_silence(self, now_s: float, state_age_s: float, why: str) -> Output | None:
+        """Time has passed without a sample that could be flown on.
+
+        Args:
+            now_s: the autopilot's clock, estimated.
+            state_age_s: since the newest usable sample arrived.
+            why: what was wrong with what came instead; empty if nothing came.
+
+        Returns:
+            What to send in place of a controller's command; None while that is not needed.
+        """
+        if self._newest is None or state_age_s <= self._limits.state_age_limit_s:
+            return None
+        self._judge(now_s, state_age_s, why)
+        self._memory = None
+        if self.rung is Rung.HAND_OVER:
+            return Output(self.rung, self._supervisor.reason, None, 0.0, None, "hand over")
+        attitude, field = self._hold(self._newest, 0.0)
+        rates = self._body_rates
+        rate = None if rates is None else rates.in_silence(now_s, attitude)
+        return Output(self.rung, self._supervisor.reason, attitude, field, None, "level", rate)
+
+    def level(self) -> tuple[Quaternion, float] | None:
+        """Level at the last known heading, and the thrust field of hover; None without a state."""
+        return None if self._newest is None else self._hold(self._newest, 0.0)
+
+    def desired_position(self, autopilot_time_s: float) -> Array | None:
+        """The reference at a time, (3,) ENU m; None while holding."""
+        if self._timeline is None:
+            return None
+        position: Array = self._timeline.position(np.array([autopilot_time_s]))[0]
+        return position
+
+    def _decide(self, state: VehicleState, loop_delay_s: float) -> Output:
+        """Attitude and thrust for a sample, or that nothing is sent."""
+        command: Command | None = None
+        record: StackRecord | None = None
+        problem = ""
+        if self._timeline is not None and self.rung is not Rung.HAND_OVER:
+            command, record, problem = self._control(self._timeline, state, loop_delay_s)
+        self._judge(state.time_s, 0.0, problem)
+        if self.rung is Rung.HAND_OVER:
+            return Output(self.rung, self._supervisor.reason, None, 0.0, record, "hand over")
+        if command is None:
+            fallback = "level" if self.rung is Rung.LEVEL else ""
+            attitude, field = self._hold(state, state.velocity_enu_m_s[2])
+            return Output(self.rung, self._supervisor.reason, attitude, field, record, fallback)
+        fallback = _FALLBACKS.get(self._plan_status, "")
+        attitude = command.attitude_flu_to_enu
+        return Output(self.rung, "", attitude, command.thrust, record, fallback)
+
+    def _control(
+        self, timeline: Timeline, state: VehicleState, loop_delay_s: float
+    ) -> tuple[Command | None, StackRecord | None, str]:
+        """Run the controller; the text says what is wrong with its command, empty if nothing.
+
+        Whatever goes wrong in there must end on the ladder, not in a dead stream.
+        """
+        memory, self._memory = self._memory, None
+        if memory is not None and state.time_s - memory.sample_s > self._limits.state_age_limit_s:
+            memory = None  # what the laws remember is of another time
+        breach = self._limits.breach(state.position_enu_m)
+        if breach:
+            return None, None, breach
+        try:
+            if memory is None:
+                self._memory = self._stack.start(state, self._thrust_memory)
+                return None, None, RESTARTING if self.rung is Rung.LEVEL else ""
+            tick = Tick(state, loop_delay_s, self._desired_yaw_rad)
+            advanced, command, record = self._stack.step(memory, tick, timeline.position)
+        except Exception as error:
+            return None, None, f"the controller failed ({type(error).__name__}: {error})"
+        if isinstance(record.outer, MpcRecord):
+            self._plan_status = record.outer.status
+        finite = all(math.isfinite(c) for c in (*command.attitude_flu_to_enu, command.thrust))
+        if not finite or not 0.0 <= command.thrust <= 1.0:
+            return None, record, "the controller's command is not finite or out of bounds"
+        self._memory = advanced
+        self._thrust_memory = advanced.thrust
+        return command, record, ""
+
+    def _judge(self, now_s: float, state_age_s: float, problem: str) -> None:
+        solved = self._plan_status not in _FALLBACKS
+        facts = Facts(now_s, state_age_s, problem, solved)
+        self._supervisor = judge(self._limits, self._supervisor, facts)
+
+    def _hold(self, state: VehicleState, climb_rate_m_s: float) -> tuple[Quaternion, float]:
+        """Level at the present heading, with the thrust that ends a known climb rate.
+
+        A climb rate that is not known any more is given as 0: hover thrust.
+        """
+        cosine = tilt_cosine(state.attitude_flu_to_enu)
+        field = self._stack.thrust.hold(self._thrust_memory, climb_rate_m_s, cosine)
+        field = 0.0 if self.idle else field
+        return quaternion_from_euler(0.0, 0.0, yaw_of(state.attitude_flu_to_enu)), field

@@ -1,0 +1,1 @@
+"""The vehicle's link, shared with ground stations and other clients."""

@@ -1,0 +1,1 @@
+"""The stages of a flight, from connecting to landing, and who flies meanwhile."""
