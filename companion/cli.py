@@ -30,6 +30,12 @@ class ExitStatus(IntEnum):
     ABORTED = 4
 
 
+def _bad_input(error: Exception) -> typer.Exit:
+    """Tell what is wrong with what was asked for; the exit to raise."""
+    typer.echo(f"error: {error}", err=True)
+    return typer.Exit(ExitStatus.BAD_INPUT)
+
+
 def _show_version(asked: bool) -> None:
     if asked:
         from importlib.metadata import version
@@ -147,8 +153,7 @@ def fly(
     try:
         outcome = run_fly(request)
     except BadInputError as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+        raise _bad_input(error) from error
     raise typer.Exit(
         {
             "landed": ExitStatus.LANDED,
@@ -232,8 +237,7 @@ def check(
     try:
         verdict = run_check(request)
     except BadInputError as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+        raise _bad_input(error) from error
     except KeyboardInterrupt as error:
         typer.echo("interrupted", err=True)
         raise typer.Exit(ExitStatus.ABORTED) from error
@@ -275,8 +279,7 @@ def mocap(
     try:
         run_mocap(request)
     except BadInputError as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+        raise _bad_input(error) from error
     except KeyboardInterrupt:
         return
     raise typer.Exit(ExitStatus.ABORTED)
@@ -343,8 +346,7 @@ def tune(
     try:
         run_tune(request)
     except (ConfigError, TrajectoryFileError, MissingExtraError, OSError) as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+        raise _bad_input(error) from error
     except (TuningInterruptedError, UnidentifiedError) as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(ExitStatus.ABORTED) from error
@@ -398,8 +400,7 @@ def certify(
     try:
         holds = run_certify(request)
     except BadInputError as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+        raise _bad_input(error) from error
     raise typer.Exit(ExitStatus.LANDED if holds else ExitStatus.NOT_CERTIFIED)
 
 
@@ -434,8 +435,7 @@ def paper(
     try:
         run_paper(PaperRequest(quick, out, jobs))
     except (ConfigError, MissingExtraError, OSError) as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+        raise _bad_input(error) from error
     except CampaignInterruptedError as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(ExitStatus.ABORTED) from error
@@ -471,8 +471,7 @@ def _command(word: str, pid: int | None) -> None:
     try:
         typer.echo(asyncio.run(send_command(PilotCommand(word), pid)))
     except CommandSocketError as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(ExitStatus.BAD_INPUT) from error
+        raise _bad_input(error) from error
 
 
 def main() -> None:
