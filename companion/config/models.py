@@ -28,8 +28,27 @@ class DynamicsConfig(Section):
     loop_delay_s: NonNegative = Field(
         description="Transport: from the state's time until a command decided on it arrives."
     )
+    lift: ResponseConfig | None = Field(
+        default=None,
+        description="Thrust setpoint → vertical acceleration; where the autopilot takes thrust.",
+    )
+    tilt_gain: Positive = Field(
+        default=1.0,
+        description="Horizontal acceleration over g times the tangent of the reported tilt.",
+    )
     linear_drag_1_s: NonNegative = Field(description="k1 in the drag k1 v + k2 v|v| per mass.")
     quadratic_drag_1_m: NonNegative = Field(description="k2 in the drag k1 v + k2 v|v| per mass.")
+
+
+class NoiseConfig(Section):
+    """How far samples of the reported state scatter, as identified in a hover; ENU, one sigma."""
+
+    position_m: PerAxis = Field(description="White part of the position.")
+    velocity_m_s: PerAxis = Field(description="White part of the velocity.")
+    acceleration_m_s2_sqrt_hz: PerAxis = Field(
+        description="Density of the unexplained acceleration: of air, and of a wandering estimate."
+    )
+    tilt_rad: Positive = Field(description="White part of roll and pitch.")
 
 
 class AttitudeLoopConfig(Section):
@@ -65,7 +84,12 @@ class VehicleConfig(Section):
         default=None, description="What `setpoint: rates` flies with."
     )
     dynamics: DynamicsConfig | None = Field(
-        default=None, description="What `certify` reckons with; flying needs none of it."
+        default=None,
+        description="What `certify` reckons with and `mpc-l1-plus` flies with; `mpc-l1` needs none "
+        "of it.",
+    )
+    noise: NoiseConfig | None = Field(
+        default=None, description="What the predictor of `mpc-l1-plus` is weighted by."
     )
 
     @model_validator(mode="after")
