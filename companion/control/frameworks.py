@@ -127,17 +127,24 @@ class Stack:
         self,
         state: VehicleState,
         thrust_memory: Any = None,  # noqa: ANN401 - the thrust law's own
+        applied_u: Array | None = None,
     ) -> StackMemory:
         """Memory with which the stack takes over at a state, without a bump.
 
         Args:
             state: where the vehicle is.
             thrust_memory: of the thrust law, from before; None if it has not run yet.
+            applied_u: (3,) u that is in effect, from the record of the stack that is relieved
+                (`StackRecord.applied_u`); None where nothing has been commanded yet: then it is
+                taken from the reported attitude and climb rate.
         """
         roll, pitch, yaw_rad = euler_from_quaternion(state.attitude_flu_to_enu)
-        u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_rad)
         velocity = np.array(state.velocity_enu_m_s)
-        u = np.array([u_x, u_y, velocity[2]])
+        if applied_u is None:
+            u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_rad)
+            u = np.array([u_x, u_y, velocity[2]])
+        else:
+            u = np.array(applied_u, dtype=float)
         inner, r2 = self.inner.start(np.array(state.position_enu_m), velocity, u)
         return StackMemory(
             sample_s=state.time_s,

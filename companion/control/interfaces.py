@@ -1,7 +1,9 @@
 """What every outer and every inner controller offers, so that any two make a stack."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
+
+import numpy as np
 
 from companion.control.mpc import MpcRecord
 from companion.control.pid import PidTerms
@@ -9,6 +11,13 @@ from companion.control.reference_model import Array, PositionModel
 
 OuterRecord = MpcRecord | PidTerms
 """Why the position reference r2 is what it is."""
+
+_NOT_KNOWN = np.full(3, np.nan)
+_NOT_KNOWN.setflags(write=False)
+
+
+def _not_known() -> Array:
+    return _NOT_KNOWN
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +33,10 @@ class InnerRecord:
     """σ̂, in the unit of u."""
     projecting: bool = False
     """The projection held σ̂ back on some axis."""
+    y_tilde_bound_m_s: Array = field(default_factory=_not_known)
+    """What |ỹ| stays below while the vehicle is what the controller was made for; NaN: unknown."""
+    sigma_bound: Array = field(default_factory=_not_known)
+    """What the projection holds |σ̂| below, in the unit of u; NaN where there is none."""
 
 
 class OuterController(Protocol):

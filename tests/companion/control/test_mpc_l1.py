@@ -224,3 +224,17 @@ def test_a_clock_that_jitters_by_microseconds_loses_no_time_and_makes_no_new_ste
         memory, _, _ = stack.step(memory, tick, lambda t: np.tile([0.0, 0.0, 1.2], (len(t), 1)))
         assert memory.sample_s == pytest.approx(time_s, abs=51e-6)
     assert l1_adaptive._step_matrices.cache_info().misses - before <= 5
+
+
+def test_relieving_another_stack_it_goes_on_with_what_was_commanded_and_not_with_the_attitude():
+    """The attitude lags behind the command by far more than a tick."""
+    stack = stack_for()
+    level = VehicleState(
+        10.0, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0), quaternion_from_euler(0.0, 0.0, 0.4), (0.0,) * 3
+    )
+    applied_u = np.array([0.12, -0.07, 0.3])
+    memory = stack.start(level, None, applied_u)
+    hold = np.array([[0.0, 0.0, 2.0]])
+    tick = Tick(replace(level, time_s=10.01), 0.03, 0.4)
+    _, _, record = stack.step(memory, tick, lambda times: np.tile(hold, (len(times), 1)))
+    assert record.applied_u == pytest.approx(applied_u, abs=0.015)
