@@ -1,0 +1,1 @@
+"""From the recording of an identification flight to a vehicle's figures, and on to its files."""
