@@ -64,6 +64,8 @@ class Tick:
     loop_delay_s: float
     """From the sample's time until a command decided on it acts on the vehicle, s."""
     desired_yaw_rad: float
+    track_s: float = -math.inf
+    """Since the trajectory began, s; negative before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +107,8 @@ class StackRecord:
     """Estimated; NaN where the autopilot holds the height by itself."""
     outer: OuterRecord | None
     """None at a tick at which the outer controller did not run."""
+    segment: str = ""
+    """Part of an experiment that is flown; empty in an ordinary flight."""
 
 
 @dataclass(frozen=True, slots=True)

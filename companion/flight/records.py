@@ -29,6 +29,7 @@ CONTROL = ChannelSpec(
         Field("position_enu_m", "array", "as reported"),
         Field("velocity_enu_m_s", "array", "as reported"),
         Field("attitude_flu_to_enu", "array", "as reported"),
+        Field("rate_flu_rad_s", "array", "as reported"),
         Field("desired_enu_m", "array", "y2*, the reference at the sample's time"),
         Field("attitude_setpoint_flu_to_enu", "array"),
         Field("rate_setpoint_flu_rad_s", "array", "sent in place of the attitude, if rates are"),
@@ -47,6 +48,7 @@ CONTROL = ChannelSpec(
         Field("projecting", "boolean", "the projection held the estimate back"),
         Field("roll_rad", description="commanded, FLU"),
         Field("pitch_rad", description="commanded, FLU: positive is nose down"),
+        Field("segment", "string", "part of an experiment; empty in an ordinary flight"),
     ),
     "one record for each sample of the state while setpoints flow, and for each step taken in "
     'silence (phase "silence", without a state)',
@@ -121,6 +123,7 @@ def control_record(
         "position_enu_m": state.position_enu_m,
         "velocity_enu_m_s": state.velocity_enu_m_s,
         "attitude_flu_to_enu": state.attitude_flu_to_enu,
+        "rate_flu_rad_s": state.rate_flu_rad_s,
         "desired_enu_m": _NO_VECTOR if desired_m is None else desired_m.tolist(),
         "attitude_setpoint_flu_to_enu": output.attitude_flu_to_enu or _NO_QUATERNION,
         "rate_setpoint_flu_rad_s": output.rate_flu_rad_s or _NO_VECTOR,
@@ -151,6 +154,7 @@ def silence_record(autopilot_time_s: float, now_s: float, output: Output) -> dic
         "position_enu_m": _NO_VECTOR,
         "velocity_enu_m_s": _NO_VECTOR,
         "attitude_flu_to_enu": _NO_QUATERNION,
+        "rate_flu_rad_s": _NO_VECTOR,
         "desired_enu_m": _NO_VECTOR,
         "attitude_setpoint_flu_to_enu": output.attitude_flu_to_enu or _NO_QUATERNION,
         "rate_setpoint_flu_rad_s": output.rate_flu_rad_s or _NO_VECTOR,
@@ -171,6 +175,7 @@ def _stack_fields(stack: StackRecord) -> dict[str, Any]:
         "projecting": stack.inner.projecting,
         "roll_rad": stack.roll_rad,
         "pitch_rad": stack.pitch_rad,
+        "segment": stack.segment,
     }
 
 
@@ -185,6 +190,7 @@ _NO_STACK: dict[str, Any] = {
     "projecting": False,
     "roll_rad": math.nan,
     "pitch_rad": math.nan,
+    "segment": "",
 }
 
 

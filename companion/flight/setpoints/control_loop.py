@@ -208,7 +208,8 @@ class ControlLoop:
             if memory is None:
                 self._memory = self._stack.start(state, self._thrust_memory)
                 return None, None, RESTARTING if self.rung is Rung.LEVEL else ""
-            tick = Tick(state, loop_delay_s, self._desired_yaw_rad)
+            track_s = state.time_s - timeline.scored_s[0]
+            tick = Tick(state, loop_delay_s, self._desired_yaw_rad, track_s)
             advanced, command, record = self._stack.step(memory, tick, timeline.position)
         except Exception as error:
             return None, None, f"the controller failed ({type(error).__name__}: {error})"
