@@ -17,7 +17,8 @@ from sitl_shim.sensors.aiding import ExternalPose
 from sitl_shim.sensors.estimator import Estimate
 from sitl_shim.sensors.heading_error import turned
 from sitl_shim.sensors.profile import load_profile
-from sitl_shim.wind import Scenario, load_scenario, make_wind, scenario_path
+from sitl_shim.wind import Moments, Scenario, load_scenario, make_wind, scenario_path
+from sitl_shim.wind.happened import Happened, awaits_setpoints, happened
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +30,7 @@ class ShimOptions:
     vehicle: str | Path = "bebop2"
     """Name of a vehicle, or path of a vehicle file."""
     scenario: str | Path = "calm"
-    """Name of a scenario of wind and payload, or path of a scenario file."""
+    """Name of a scenario of winds and events, or path of a scenario file."""
     sensors: str | Path | None = None
     """Name of a sensor profile, or path of one, in place of the vehicle's own."""
     seed: int = 0
@@ -78,13 +79,17 @@ class Simulation:
         airborne = options.airborne_at_enu_m
         if airborne is not None and not (all(map(isfinite, airborne)) and airborne[2] > 0.0):
             raise ValueError(f"a flight cannot begin in the air at {airborne} m, ENU")
+        self._moments = Moments()
+        self._scenario = scenario
+        self._awaits_setpoints = awaits_setpoints(scenario)
         self._plant = Plant(
             self.vehicle,
-            make_wind(scenario, seed=options.seed),
+            make_wind(scenario, options.seed, self._moments),
             seed=options.seed,
             step_s=TICK_S,
             airborne_at_enu_m=airborne,
-            loads=scenario.payload,
+            events=(*scenario.payload, *scenario.motors),
+            moments=self._moments,
         )
         own = self.vehicle.sensor_profile
         profile = load_profile(own if options.sensors is None else options.sensors)
@@ -141,6 +146,15 @@ class Simulation:
     def control(self) -> None:
         """Let the autopilot act on the estimate; belongs after each `sense`."""
         self._commands = self.autopilot.step(self.time_us, self.estimate)
+        if self._awaits_setpoints and self.autopilot.follows_setpoints and not self.state.on_ground:
+            self._awaits_setpoints = False
+            self._plant.follow_setpoints()
+
+    @property
+    def happened(self) -> list[Happened]:
+        """The scenario's events in flight so far, in their order."""
+        time_s = self.time_us * 1e-6
+        return happened(self._scenario, self._moments, self.vehicle.mass_kg, time_s)
 
 
 def _refuse_too_light(scenario: Scenario, vehicle: VehicleModel, name_or_path: str | Path) -> None:
@@ -151,10 +165,11 @@ def _refuse_too_light(scenario: Scenario, vehicle: VehicleModel, name_or_path: s
     """
     least_kg = LEAST_MASS_SHARE * vehicle.mass_kg
     for index, load in enumerate(scenario.payload):
-        total_kg = vehicle.mass_kg + load.mass_kg
+        total_kg = vehicle.mass_kg + load.mass_on(vehicle.mass_kg)
         if total_kg < least_kg:
             raise DataFileError(
-                f"scenario file {scenario_path(name_or_path)}: 'payload.{index}.mass_kg' cannot be "
-                f"{load.mass_kg:g}: {vehicle.name} with it would weigh {total_kg:g} kg, and at "
-                f"least {least_kg:g} kg must stay of its {vehicle.mass_kg:g} kg."
+                f"scenario file {scenario_path(name_or_path)}: 'payload.{index}.{load.mass_key}' "
+                f"cannot be {getattr(load, load.mass_key):g}: {vehicle.name} with it would weigh "
+                f"{total_kg:g} kg, and at least {least_kg:g} kg must stay of its "
+                f"{vehicle.mass_kg:g} kg."
             )

@@ -264,6 +264,10 @@ class Autopilot(Protocol):
         """Whether the motors may turn."""
 
     @property
+    def follows_setpoints(self) -> bool:
+        """Whether it flies as a client's setpoints say."""
+
+    @property
     def home_enu_m(self) -> Vector3 | None:
         """Home in the local frame, once it is known."""
 

@@ -106,7 +106,8 @@ def handle_truth_command(
         return [], ACCEPTED if known else FAILED
     if command.command == _REQUEST_MESSAGE:
         builder = TRUTH_BUILDERS.get(wanted)
-        return ([builder(sim)], ACCEPTED) if builder else ([], DENIED)
+        message = builder(sim) if builder else None
+        return ([], DENIED) if message is None else ([message], ACCEPTED)
     return [], UNSUPPORTED
 
 

@@ -162,7 +162,9 @@ class Link:
             if message is not None:
                 self.outgoing.append(self._autopilot.pack(message))
         for builder in self.truth_streams.due(now_us):
-            self.outgoing.append(self._truth.pack(builder(sim)))
+            message = builder(sim)
+            if message is not None:
+                self.outgoing.append(self._truth.pack(message))
 
     def _send_due(self, now_us: int) -> None:
         waiting = [entry for entry in self._late if entry[0] > now_us]

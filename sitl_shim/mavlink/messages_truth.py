@@ -2,7 +2,8 @@
 
 Once as PX4's simulator gives it (HIL_STATE_QUATERNION: steps of 1.1 cm and 1 cm/s, no time),
 and once exactly, from a component of its own (ODOMETRY in float metres with the autopilot's
-time, and the acceleration that the wind causes as DEBUG_VECT).
+time, the acceleration that the wind causes as DEBUG_VECT, and the scenario's events as
+NAMED_VALUE_FLOAT).
 """
 
 import math
@@ -21,6 +22,7 @@ _FRAME_LOCAL_NED = 1
 _ESTIMATOR_NAIVE = 1
 _EXACT = [0.0] * 21
 _WIND = b"wind_acc"
+_EVENT_PERIOD_US = 200_000
 
 
 def truth_odometry(sim: Simulation) -> Message:
@@ -55,6 +57,20 @@ def wind_acceleration(sim: Simulation) -> Message:
     """DEBUG_VECT (250) ``wind_acc``: what the wind does to the vehicle, NED, m/s²."""
     x, y, z = swap_enu_ned(sim.state.wind_acceleration_enu_m_s2)
     return dialect.MAVLink_debug_vect_message(_WIND, sim.time_us, x, y, z)
+
+
+def event(sim: Simulation) -> Message | None:
+    """NAMED_VALUE_FLOAT (251) of an event of the scenario, at the time at which it happened.
+
+    They are told again and again, in turn, so that one that is lost on its way is missed by nobody.
+    """
+    events = sim.happened
+    if not events:
+        return None
+    told = events[sim.time_us // _EVENT_PERIOD_US % len(events)]
+    return dialect.MAVLink_named_value_float_message(
+        round(told.time_s * 1e3), told.name.encode(), told.value
+    )
 
 
 def hil_state_quaternion(sim: Simulation) -> Message:

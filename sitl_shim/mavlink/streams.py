@@ -80,12 +80,14 @@ REQUESTABLE: dict[int, Builder] = BUILDERS | {
 TRUTH_BUILDERS: dict[int, Builder] = {
     dialect.MAVLINK_MSG_ID_ODOMETRY: truth.truth_odometry,
     dialect.MAVLINK_MSG_ID_DEBUG_VECT: truth.wind_acceleration,
+    dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: truth.event,
 }
 """Messages of the truth's component."""
 
 TRUTH_RATES_HZ: dict[int, float] = {
     dialect.MAVLINK_MSG_ID_ODOMETRY: 100.0,
     dialect.MAVLINK_MSG_ID_DEBUG_VECT: 25.0,
+    dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: 5.0,
 }
 
 _ONBOARD_RATES_HZ: dict[int, float] = {

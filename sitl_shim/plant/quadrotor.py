@@ -7,7 +7,7 @@ import numpy as np
 from sitl_shim.frames import Vector3
 from sitl_shim.plant.battery import BatteryPack
 from sitl_shim.plant.ground import Ground
-from sitl_shim.plant.payload import Payload
+from sitl_shim.plant.payload import loaded
 from sitl_shim.plant.rigid_body import (
     Motion,
     make_derivative,
@@ -16,8 +16,9 @@ from sitl_shim.plant.rigid_body import (
 )
 from sitl_shim.plant.rotors import Four, make_lag, make_thrusts, make_wrench, sane_commands
 from sitl_shim.plant.state import PlantState
+from sitl_shim.plant.timeline import Timeline
 from sitl_shim.plant.vehicle import VehicleModel
-from sitl_shim.wind import Load, Wind
+from sitl_shim.wind import Load, Moments, Motor, Wind
 
 _SEED_STREAM = 1
 _STILL: Motion = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -38,7 +39,8 @@ class Plant:
         seed: int,
         step_s: float = 0.004,
         airborne_at_enu_m: Vector3 | None = None,
-        loads: Sequence[Load] = (),
+        events: Sequence[Load | Motor] = (),
+        moments: Moments | None = None,
     ) -> None:
         """Make the plant, at rest.
 
@@ -49,7 +51,8 @@ class Plant:
             step_s: length of a step.
             airborne_at_enu_m: hover there at first, rotors turning; else stand on the ground
                 at the origin, rotors stopped, nose to the east.
-            loads: what it carries when, by rising time.
+            events: what happens to it when.
+            moments: what their times count from; by default setpoints never come.
 
         Raises:
             ValueError: the step is not positive.
@@ -58,21 +61,24 @@ class Plant:
             raise ValueError(f"step_s must be positive, not {step_s}")
         spread = vehicle.spread.thrust_fraction
         generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_SEED_STREAM,)))
-        scale = 1.0 + float(generator.uniform(-spread, spread))
+        self._thrust_scale = 1.0 + float(generator.uniform(-spread, spread))
+        self._factors: Four = (1.0, 1.0, 1.0, 1.0)
         self._wind = wind
         self._step_s = step_s
         self._steps = 0
-        self._payload = Payload(loads, vehicle, step_s)
-        while self._payload.next_step == 0:
-            vehicle = self._payload.take()
+        self._vehicle = vehicle
+        self._moments = moments or Moments()
+        self._timeline = Timeline(events, self._moments, step_s)
+        self._thrusts = make_thrusts(vehicle, self._thrust_scale)
         self._set_mass(vehicle)
+        while self._timeline.next_step == 0:
+            self._happen(self._timeline.take())
         self._lag = make_lag(vehicle.propulsion.time_constant_s, step_s)
-        self._thrusts = make_thrusts(vehicle, scale)
         self._wrench = make_wrench(vehicle)
         self._battery = BatteryPack(vehicle.battery)
 
         airborne = airborne_at_enu_m is not None
-        signal = min(1.0, vehicle.hover_signal) if airborne else 0.0
+        signal = min(1.0, self._carrying.hover_signal) if airborne else 0.0
         self._signals: Four = (signal, signal, signal, signal)
         self._position: Vector3 = airborne_at_enu_m or (0.0, 0.0, 0.0)
         self._motion = _STILL
@@ -119,8 +125,8 @@ class Plant:
             touching = self._ground.near(z + sz) and self._touch_down(wrench)
 
         self._steps += 1
-        while self._payload.next_step == self._steps:
-            self._set_mass(self._payload.take())
+        while self._timeline.next_step == self._steps:
+            self._happen(self._timeline.take())
         self._battery.draw(end, step_s)
         self._wind_now = self._wind.velocity_enu_m_s(self._steps * step_s, self._position)
         motion = self._motion
@@ -137,8 +143,25 @@ class Plant:
         self.state = self._observe(thrusts, acceleration, on_ground=touching)
         return self.state
 
+    def follow_setpoints(self) -> None:
+        """From now on the vehicle follows a client's setpoints: some events count from here."""
+        self._moments.setpoints_s = self._steps * self._step_s
+        self._timeline.moments_known(self._steps + 1)
+
+    def _happen(self, event: Load | Motor) -> None:
+        if isinstance(event, Load):
+            self._set_mass(loaded(self._vehicle, event))
+            return
+        first, second, third, fourth = (
+            event.thrust_factor if rotor == event.rotor else factor
+            for rotor, factor in enumerate(self._factors, start=1)
+        )
+        self._factors = (first, second, third, fourth)
+        self._thrusts = make_thrusts(self._vehicle, self._thrust_scale, self._factors)
+
     def _set_mass(self, vehicle: VehicleModel) -> None:
         """Make anew what depends on the mass."""
+        self._carrying = vehicle
         self._derivative = make_derivative(vehicle)
         self._drag = make_drag_acceleration(vehicle)
         self._ground = Ground(vehicle)

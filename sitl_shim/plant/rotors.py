@@ -52,24 +52,29 @@ def make_lag(time_constant_s: float, step_s: float) -> Callable[[Four, Four], tu
     return advance
 
 
-def make_thrusts(vehicle: VehicleModel, thrust_scale: float) -> Callable[[Four], Four]:
+def make_thrusts(
+    vehicle: VehicleModel, thrust_scale: float, factors: Four = (1.0, 1.0, 1.0, 1.0)
+) -> Callable[[Four], Four]:
     """The thrust map: signals to the thrust of each rotor, N.
 
     Args:
         vehicle: the vehicle.
         thrust_scale: this very vehicle's thrust over its type's.
+        factors: each rotor's thrust over that of a sound one.
     """
     shape = vehicle.propulsion.thrust_shape
     linear = (1.0 - shape) * vehicle.propulsion.max_thrust_n * thrust_scale
     square = shape * vehicle.propulsion.max_thrust_n * thrust_scale
+    l1, l2, l3, l4 = (linear * factor for factor in factors)
+    s1, s2, s3, s4 = (square * factor for factor in factors)
 
     def thrusts(signals: Four) -> Four:
         a, b, c, d = signals
         return (
-            (linear + square * a) * a,
-            (linear + square * b) * b,
-            (linear + square * c) * c,
-            (linear + square * d) * d,
+            (l1 + s1 * a) * a,
+            (l2 + s2 * b) * b,
+            (l3 + s3 * c) * c,
+            (l4 + s4 * d) * d,
         )
 
     return thrusts

@@ -1,6 +1,18 @@
-"""Winds: functions of time and position, and the scenario files that name them."""
+"""Winds: functions of time and position, and the scenario files that name them and events."""
 
+from sitl_shim.wind.events import Load, Moments, Motor, Timed
 from sitl_shim.wind.field import CALM, Wind
-from sitl_shim.wind.scenario import Load, Scenario, load_scenario, make_wind, scenario_path
+from sitl_shim.wind.scenario import Scenario, load_scenario, make_wind, scenario_path
 
-__all__ = ["CALM", "Load", "Scenario", "Wind", "load_scenario", "make_wind", "scenario_path"]
+__all__ = [
+    "CALM",
+    "Load",
+    "Moments",
+    "Motor",
+    "Scenario",
+    "Timed",
+    "Wind",
+    "load_scenario",
+    "make_wind",
+    "scenario_path",
+]

@@ -1,6 +1,5 @@
-"""Scenario files: the winds that blow and what the vehicle carries; and the wind made of them."""
+"""Scenario files: what blows, and what happens to the vehicle; and the wind made of them."""
 
-from itertools import pairwise
 from math import hypot
 from pathlib import Path
 from typing import Annotated, Literal
@@ -10,7 +9,9 @@ from pydantic import Field, field_validator
 
 from sitl_shim.data_file import DataModel, load_data_file, resolve_data_path
 from sitl_shim.wind.dryden import DrydenGusts
+from sitl_shim.wind.events import Load, Moments, Motor, Timed, check_order
 from sitl_shim.wind.field import CALM, SteadyWind, SumOfWinds, Wind
+from sitl_shim.wind.front import GustFront
 from sitl_shim.wind.jet import FanJet
 
 _PACKAGE = Path(__file__).parents[1]
@@ -69,34 +70,36 @@ class Jet(DataModel):
         return value
 
 
-class Load(DataModel):
-    """The mass that the vehicle carries from a moment on."""
+class Front(Timed):
+    """A gust front: from a moment on, a wind that rises and stays (see `GustFront`)."""
 
-    at_s: NotNegative
-    """Simulated time since boot."""
-    mass_kg: float
-    """Beside the vehicle's own; it replaces the load before, and 0 releases it.  Less than 0: a
-    part of the vehicle is gone."""
+    kind: Literal["front"]
+    velocity_enu_m_s: Triple
+    rise_s: Positive
 
 
 class Scenario(DataModel):
-    """What the air does, and what happens to the vehicle's mass."""
+    """What the air does, and what happens to the vehicle."""
 
     name: str
-    winds: tuple[Annotated[Steady | Gusts | Jet, Field(discriminator="kind")], ...]
+    winds: tuple[Annotated[Steady | Gusts | Jet | Front, Field(discriminator="kind")], ...]
     """All of them at once; none is calm."""
     payload: tuple[Load, ...] = ()
     """What the vehicle carries when, by rising time; nothing before the first."""
+    motors: tuple[Motor, ...] = ()
+    """How strong its motors are when, by rising time; sound before the first."""
 
     @field_validator("payload")
     @classmethod
-    def _in_order(cls, loads: tuple[Load, ...]) -> tuple[Load, ...]:
-        for earlier, later in pairwise(loads):
-            if later.at_s <= earlier.at_s:
-                raise ValueError(
-                    f"the times at_s must rise, and {later.at_s:g} s comes after {earlier.at_s:g} s"
-                )
+    def _one_after_another(cls, loads: tuple[Load, ...]) -> tuple[Load, ...]:
+        check_order(loads, at_once=False)
         return loads
+
+    @field_validator("motors")
+    @classmethod
+    def _in_order(cls, motors: tuple[Motor, ...]) -> tuple[Motor, ...]:
+        check_order(motors, at_once=True)
+        return motors
 
 
 def scenario_path(name_or_path: str | Path) -> Path:
@@ -119,18 +122,27 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     return load_data_file(scenario_path(name_or_path), Scenario, "scenario")
 
 
-def make_wind(scenario: Scenario, seed: int) -> Wind:
-    """The wind of a scenario; the same for the same seed."""
-    winds = [_make_part(part, seed, index) for index, part in enumerate(scenario.winds)]
+def make_wind(scenario: Scenario, seed: int, moments: Moments | None = None) -> Wind:
+    """The wind of a scenario; the same for the same seed.
+
+    Args:
+        scenario: its file's content.
+        seed: draws what is random.
+        moments: what the times of fronts count from; by default setpoints never come.
+    """
+    moments = moments or Moments()
+    winds = [_make_part(part, seed, index, moments) for index, part in enumerate(scenario.winds)]
     if not winds:
         return CALM
     return winds[0] if len(winds) == 1 else SumOfWinds(winds)
 
 
-def _make_part(part: Steady | Gusts | Jet, seed: int, index: int) -> Wind:
+def _make_part(part: Steady | Gusts | Jet | Front, seed: int, index: int, moments: Moments) -> Wind:
     generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_SEED_STREAM, index)))
     if isinstance(part, Steady):
         return SteadyWind(part.velocity_enu_m_s)
+    if isinstance(part, Front):
+        return GustFront(part.velocity_enu_m_s, part, part.rise_s, moments)
     if isinstance(part, Gusts):
         return DrydenGusts(
             intensity_m_s=part.intensity_m_s,

@@ -165,7 +165,10 @@ def test_a_jet_without_direction_is_refused(tmp_path):
         ("[{at_s: 1.0, mass_kg: .inf}]", ["'payload.0.mass_kg'", "line 3"]),
         ("[{at_s: .nan, mass_kg: 0.1}]", ["'payload.0.at_s'", "line 3"]),
         ("[{at_s: 1.0, mass: 0.1}]", ["'payload.0.mass'", "did you mean 'mass_kg'?"]),
-        ("[{at_s: 1.0}]", ["'payload.0.mass_kg'", "is missing"]),
+        ("[{at_s: 1.0}]", ["'payload.0'", "either mass_kg or mass_share", "line 3"]),
+        ("[{at_s: 1.0, mass_kg: 0.1, mass_share: 0.1}]", ["either mass_kg or mass_share"]),
+        ("[{at_s: 1.0, since: take-off, mass_kg: 0.1}]", ["'payload.0.since'", "setpoints"]),
+        ("[{at_s: 1, since: setpoints, mass_kg: 1}, {at_s: 2, mass_kg: 0}]", ["comes before"]),
         ("0.1", ["'payload'"]),
     ],
 )
@@ -176,6 +179,34 @@ def test_a_payload_that_cannot_be_is_told_with_its_place(tmp_path, payload, word
         load_scenario(path)
     for word in (str(path), *words):
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("motors", "words"),
+    [
+        ("[{at_s: 1.0, rotor: 5, thrust_factor: 0.9}]", ["'motors.0.rotor'", "line 3"]),
+        ("[{at_s: 1.0, rotor: 1, thrust_factor: 1.1}]", ["'motors.0.thrust_factor'", "line 3"]),
+        ("[{at_s: 1.0, rotor: 1}]", ["'motors.0.thrust_factor'", "is missing"]),
+        (
+            "[{at_s: 2.0, rotor: 1, thrust_factor: 0.9}, {at_s: 1.0, rotor: 2, thrust_factor: 0}]",
+            ["'motors'", "must rise"],
+        ),
+    ],
+)
+def test_a_motor_that_cannot_be_is_told_with_its_place(tmp_path, motors, words):
+    path = tmp_path / "weak.yaml"
+    path.write_text(f"name: weak\nwinds: []\nmotors: {motors}\n")
+    with pytest.raises(DataFileError) as caught:
+        load_scenario(path)
+    for word in (str(path), *words):
+        assert word in str(caught.value)
+
+
+def test_two_motors_may_weaken_at_once(tmp_path):
+    path = tmp_path / "weak.yaml"
+    both = "{at_s: 1.0, rotor: 1, thrust_factor: 0.9}, {at_s: 1.0, rotor: 2, thrust_factor: 0.0}"
+    path.write_text(f"name: weak\nwinds: []\nmotors: [{both}]\n")
+    assert [motor.rotor for motor in load_scenario(path).motors] == [1, 2]
 
 
 @pytest.mark.parametrize("mass_kg", [-0.5, -0.46, -1.5])

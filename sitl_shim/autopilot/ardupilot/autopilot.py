@@ -238,6 +238,13 @@ class ArduCopter:
         return self._commander.armed
 
     @property
+    def follows_setpoints(self) -> bool:
+        """Whether it flies as a client's setpoints say."""
+        commander = self._commander
+        guided = commander.armed and commander.mode.is_guided
+        return guided and self._guided.has_setpoint(self._time_us)
+
+    @property
     def home_enu_m(self) -> Vector3 | None:
         """Home in the local frame, once it is known."""
         return self._home

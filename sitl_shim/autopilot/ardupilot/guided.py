@@ -11,6 +11,7 @@ _ROLL_RATE_IGNORE, _PITCH_RATE_IGNORE, _YAW_RATE_IGNORE = 1, 2, 4
 _RATES_IGNORE = _ROLL_RATE_IGNORE | _PITCH_RATE_IGNORE | _YAW_RATE_IGNORE
 _THRUST_IGNORE, _ATTITUDE_IGNORE = 64, 128
 _UNIT_TOLERANCE = 1e-3
+_HEARD_WITHIN_S = 1.0
 _THRUST_IS_THROTTLE = 8
 """Bit of GUID_OPTIONS."""
 
@@ -94,6 +95,11 @@ class Guided:
         self.rates = (0.0, 0.0, 0.0)
         self.climb_m_s = self.throttle = 0.0
         self.use_throttle = False
+
+    def has_setpoint(self, time_us: int) -> bool:
+        """Whether a client's setpoints are flown, and come in."""
+        heard = self._last_us > 0 and not self.timed_out(time_us, _HEARD_WITHIN_S)
+        return heard and self.submode is not Submode.TAKEOFF
 
     def timed_out(self, time_us: int, timeout_s: float) -> bool:
         """Whether the last target is older than GUID_TIMEOUT."""

@@ -236,6 +236,11 @@ class Px4Autopilot:
         return self._commander.armed
 
     @property
+    def follows_setpoints(self) -> bool:
+        """Whether it flies as a client's setpoints say."""
+        return self._commander.armed and self._commander.mode is Mode.OFFBOARD
+
+    @property
     def home_enu_m(self) -> Vector3 | None:
         """Home in the local frame, once it is known."""
         return self._home

@@ -6,7 +6,8 @@ from sitl_shim.plant.vehicle import load_vehicle
 from sitl_shim.wind import CALM, load_scenario, make_wind, scenario_path
 from sitl_shim.wind.field import SteadyWind, SumOfWinds
 
-NAMES = ["calm", "wind3", "gusts", "fan-1", "fan-2", "fan-3", "fan-4", "fan-5", "mass-step"]
+EVENTS = ["mass-step", "payload-drop", "gust-front", "weak-motor"]
+NAMES = ["calm", "wind3", "gusts", "fan-1", "fan-2", "fan-3", "fan-4", "fan-5", *EVENTS]
 HERE = (0.3, -0.2, 1.2)
 
 
