@@ -170,6 +170,12 @@ def _number_or_text(text: str | None) -> int | str | None:
         return text
 
 
+def _number_or_file(text: str) -> int | str:
+    number = _number_or_text(text.strip())
+    assert number is not None
+    return number
+
+
 @app.command()
 def check(
     connect: Annotated[
@@ -435,6 +441,110 @@ def paper(
     try:
         run_paper(PaperRequest(quick, out, jobs))
     except (ConfigError, MissingExtraError, OSError) as error:
+        raise _bad_input(error) from error
+    except CampaignInterruptedError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(ExitStatus.ABORTED) from error
+
+
+@app.command()
+def compare(
+    controllers: Annotated[
+        list[str],
+        typer.Argument(
+            help="Controllers, each by name or YAML file; A@VEHICLE.yaml flies A with what that "
+            "file says of the vehicle; LABEL=A calls it so. Ratios are to the first.",
+            metavar="[LABEL=]A[@VEHICLE] ...",
+        ),
+    ],
+    vehicle: Annotated[
+        str, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
+    ] = "bebop2",
+    autopilot: options.Autopilot = None,
+    setpoint: options.SetpointKind = None,
+    traj: Annotated[
+        str, typer.Option(help="Trajectories: 1 … 5 or files, with commas.", metavar="N,FILE,…")
+    ] = "1,2,3,4,5",
+    wind: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Wind: calm (default), fan, gusts, wind3, or a scenario's YAML file. May be "
+            "repeated.",
+            metavar="NAME|FILE",
+        ),
+    ] = None,
+    sensors: Annotated[
+        str | None,
+        typer.Option(
+            help="Sensors in place of the vehicle's own: mocap, gnss, ekf3, exact, or a file.",
+            metavar="NAME|FILE",
+        ),
+    ] = None,
+    perturb: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Fly perturbed vehicles beside the nominal one: all, or lag+25, lag-25, lag+50, "
+            "mass+20, mass-20, thrust+15, thrust-15, dragx2, delay+20ms, delay+40ms, loss10, "
+            "combo. May be repeated.",
+            metavar="NAME",
+        ),
+    ] = None,
+    seeds: Annotated[int, typer.Option(help="Flights of each kind, with seeds 1 … N.")] = 5,
+    whole: Annotated[
+        bool,
+        typer.Option(
+            "--whole", help="Whole flights, from take-off to landing; else the trajectory alone."
+        ),
+    ] = False,
+    against: Annotated[
+        str, typer.Option(help="Errors against the truth, or the reported position.")
+    ] = "truth",
+    setting: options.Settings = None,
+    jobs: Annotated[
+        int | None, typer.Option(help="Processes; by default one for each processor.")
+    ] = None,
+    out: Annotated[
+        Path,
+        typer.Option(
+            help="Folder of the comparison. What was flown there and has not changed since is not "
+            "flown again.",
+            metavar="DIR",
+        ),
+    ] = Path("compare"),
+    json_output: options.JsonOutput = False,
+) -> None:
+    """Fly controllers side by side in lockstep: winds, perturbed vehicles, seeds.
+
+    Prints a table and writes compare.png, compare.json, and every flight as Parquet.
+
+    Exit status: 0 done, whoever is better; 2 bad input, 4 interrupted.
+    """
+    from companion.compare_command import CompareRequest, run_compare
+    from companion.config.yaml_source import ConfigError
+    from companion.experiments.campaign import CampaignInterruptedError
+    from companion.experiments.flight_store import MissingExtraError
+    from companion.trajectories.from_file import TrajectoryFileError
+
+    request = CompareRequest(
+        controllers=tuple(controllers),
+        vehicle=vehicle,
+        autopilot=autopilot,
+        setpoint=setpoint,
+        trajectories=tuple(_number_or_file(text) for text in traj.split(",")),
+        winds=tuple(wind or ("calm",)),
+        sensors=sensors,
+        perturb=tuple(perturb or ()),
+        seeds=seeds,
+        jobs=jobs,
+        out=out,
+        against=against,
+        whole=whole,
+        settings=tuple(setting or ()),
+        json_output=json_output,
+    )
+    try:
+        run_compare(request)
+    except (ConfigError, TrajectoryFileError, MissingExtraError, OSError) as error:
         raise _bad_input(error) from error
     except CampaignInterruptedError as error:
         typer.echo(f"error: {error}", err=True)

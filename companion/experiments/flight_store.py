@@ -21,7 +21,7 @@ _METADATA = b"companion.flight"
 _FIGURES = tuple(
     field.name for field in fields(FlightTable) if field.name not in ("task", "columns")
 )
-_ENDLESS = ("mean_error_m", "rms_error_m", "max_error_m")
+_ENDLESS = ("mean_error_m", "rms_error_m", "max_error_m", "reported_mean_error_m")
 _WORDS = ("phase", "plan_status")
 _PRECISE = "time_s"
 """The one column that keeps its eight bytes: microseconds of an hour need them."""
@@ -42,6 +42,9 @@ class Summary:
     mean_error_m: float = math.inf
     rms_error_m: float = math.inf
     max_error_m: float = math.inf
+    reported_mean_error_m: float = math.inf
+    peak_height_error_m: float = math.nan
+    reported_peak_height_error_m: float = math.nan
     flown_s: float = math.nan
     scored_s: float = math.nan
     fallbacks: int = 0

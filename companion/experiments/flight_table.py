@@ -39,6 +39,12 @@ class FlightTable:
     """Of |y2* - y2| against the truth over the scored part; infinite if that was not flown."""
     rms_error_m: float
     max_error_m: float
+    reported_mean_error_m: float = math.inf
+    """The first of them against the position that the autopilot reports."""
+    peak_height_error_m: float = math.nan
+    """Greatest |y2* - y2| along the vertical over the scored part, against the truth."""
+    reported_peak_height_error_m: float = math.nan
+    """The same against the reported position."""
     flown_s: float = math.nan
     """How much of the scored part was flown."""
     scored_s: float = math.nan
@@ -98,6 +104,21 @@ def tilt_slew_rms_g_s(columns: dict[str, Column], scored_s: float) -> float:
         return math.nan
     rate = np.diff(u, axis=0) / np.diff(times)[:, None]
     return float(np.sqrt((rate**2).sum(axis=1).mean()))
+
+
+def peak_height_error_m(columns: dict[str, Column], scored_s: float, position: str) -> float:
+    """Greatest distance in height from the desired position over the scored part; NaN if unknown.
+
+    Args:
+        columns: of a flight.
+        scored_s: length of the scored part.
+        position: the column's stem: ``position`` or ``true_position``.
+    """
+    times = columns["time_s"]
+    use = (times >= 0.0) & (times <= scored_s)
+    error = np.abs(columns["desired_z_m"] - columns[f"{position}_z_m"])[use]
+    error = error[np.isfinite(error)]
+    return float(error.max()) if len(error) else math.nan
 
 
 def _vectors(

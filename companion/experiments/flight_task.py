@@ -18,7 +18,7 @@ from companion.flight.shim_process import ShimOptions
 _DIGEST_LETTERS = 10
 _NAMED_FILES = {"controller", "vehicle", "trajectory", "wind"}
 """Keys of a mission that name a file: its content decides, not its name."""
-_NO_INFLUENCE = {"experiments", "report", "theory", "recording", "config"}
+_NO_INFLUENCE = {"experiments", "report", "theory", "identification", "recording", "config"}
 """Rooms of the companion whose code decides nothing of a simulated flight, but for the files
 below; of `config` only what it makes of the files does."""
 _DECIDING = (
@@ -26,6 +26,7 @@ _DECIDING = (
     "experiments/flight_table.py",
     "experiments/fly_task.py",
     "experiments/memory_log.py",
+    "experiments/packet_loss.py",
     "frames.py",
     "lockstep.py",
     "report/flight_data.py",
@@ -55,6 +56,8 @@ class FlightTask:
     """Begin in the air at the trajectory's first point, and end when tracking is over."""
     shim_vehicle: str | None = None
     """Path of another plant file."""
+    packet_loss: float = 0.0
+    """Share of the link's packets that is lost, each way."""
 
     @property
     def key(self) -> str:
@@ -118,6 +121,7 @@ def _key(task: FlightTask, loaded: LoadedTask) -> str:
         "plant": shim.vehicle if task.shim_vehicle is None else _file_digest(shim.vehicle),
         "sensors": _content(task.sensors),
         "airborne": task.airborne,
+        "packet_loss": task.packet_loss,
     }
     text = json.dumps(decides, sort_keys=True, ensure_ascii=True)
     digest = hashlib.sha256(text.encode()).hexdigest()[:_DIGEST_LETTERS]

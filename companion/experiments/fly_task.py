@@ -4,9 +4,15 @@ import math
 import time
 from typing import TYPE_CHECKING, cast
 
-from companion.experiments.flight_table import FlightTable, flight_columns, tilt_slew_rms_g_s
+from companion.experiments.flight_table import (
+    FlightTable,
+    flight_columns,
+    peak_height_error_m,
+    tilt_slew_rms_g_s,
+)
 from companion.experiments.flight_task import FlightTask, LoadedTask, load_task
 from companion.experiments.memory_log import MemoryLog
+from companion.experiments.packet_loss import lossy_taps
 from companion.flight.assemble import infeasibilities, make_trajectory
 from companion.flight.conduct import Outcome
 from companion.flight.observer import SilentObserver
@@ -36,13 +42,16 @@ def fly_task(task: FlightTask) -> FlightTable:
     if problems:
         return _unflown(task, "\n".join(problems))
     log = MemoryLog()
-    outcome = fly_loaded(loaded, trajectory, log, airborne=task.airborne)
+    outcome = fly_loaded(
+        loaded, trajectory, log, airborne=task.airborne, packet_loss=task.packet_loss
+    )
     if outcome.scored_s is None:
         return _unflown(task, outcome.note, outcome.outcome)
     data = log.data()
     columns = flight_columns(data, outcome.scored_s[0])
     figures = tracking_figures(data, outcome.scored_s)
     true = figures.against_truth if outcome.completed else None
+    reported = figures.as_reported if outcome.completed else None
     scored_s = outcome.scored_s[1] - outcome.scored_s[0]
     last_s = float(columns["time_s"][-1]) if len(columns["time_s"]) else 0.0
     return FlightTable(
@@ -53,6 +62,9 @@ def fly_task(task: FlightTask) -> FlightTable:
         mean_error_m=math.inf if true is None else true.mean_m,
         rms_error_m=math.inf if true is None else true.rms_m,
         max_error_m=math.inf if true is None else true.max_m,
+        reported_mean_error_m=math.inf if reported is None else reported.mean_m,
+        peak_height_error_m=peak_height_error_m(columns, scored_s, "true_position"),
+        reported_peak_height_error_m=peak_height_error_m(columns, scored_s, "position"),
         flown_s=max(0.0, min(scored_s, last_s)),
         scored_s=scored_s,
         fallbacks=outcome.fallbacks,
@@ -64,7 +76,12 @@ def fly_task(task: FlightTask) -> FlightTable:
 
 
 def fly_loaded(
-    loaded: LoadedTask, trajectory: Trajectory, log: MemoryLog, *, airborne: bool
+    loaded: LoadedTask,
+    trajectory: Trajectory,
+    log: MemoryLog,
+    *,
+    airborne: bool,
+    packet_loss: float = 0.0,
 ) -> Outcome:
     """Fly any trajectory with a task's controller, vehicle and weather.
 
@@ -72,12 +89,17 @@ def fly_loaded(
         ConfigError: the controller's gains are not ones that its laws are made for.
         ShimRefusedError: the shim can't simulate it.
     """
+    from_shim, to_shim = None, None
+    if packet_loss > 0.0:
+        from_shim, to_shim = lossy_taps(packet_loss, loaded.shim.seed)
     return fly_in_lockstep(
         loaded.config,
         trajectory,
         cast("FlightLog", log),  # all that a flight asks of one is what a MemoryLog has
         SilentObserver(),
         loaded.shim,
+        from_shim=from_shim,
+        to_shim=to_shim,
         airborne=airborne,
     )
 

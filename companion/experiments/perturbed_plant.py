@@ -1,20 +1,34 @@
 """Plant files of the shim's vehicles, changed: what a controller must bear."""
 
+import copy
 import importlib.util
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from companion.config.yaml_source import ConfigError
+from companion.experiments.controller_file import write_whole
 
-_GAINS = ("MC_ROLL_P", "MC_PITCH_P")
+PlantFile = dict[str, Any]
+"""A plant file as YAML has it."""
+
+Change = Callable[[PlantFile], None]
+"""Changes a plant file in place.
+
+Raises:
+    ConfigError: the file lacks what is to be changed.
+"""
+
+_ANGLE_GAINS = ("MC_ROLL_P", "MC_PITCH_P")
 
 
 def with_attitude_lag(vehicle: str, factor: float, folder: Path) -> Path:
     """Write a plant file of a shipped vehicle whose attitude lags more by a factor.
 
-    The lag is inverse to the gain of the autopilot's attitude loop.
+    By the gain of PX4's outer attitude loop alone, to which the lag is inverse: the response
+    becomes slower and better damped.  It is the further vehicle that `companion tune` flies.
 
     Args:
         vehicle: its name.
@@ -25,25 +39,68 @@ def with_attitude_lag(vehicle: str, factor: float, folder: Path) -> Path:
         ConfigError: the shim has no such vehicle, or its file no such gain.
         OSError: the file can't be written.
     """
-    plant = _read(vehicle)
-    parameters = plant.get("autopilot_parameters", {})
-    for name in _GAINS:
-        if name not in parameters:
-            raise ConfigError(f"the shim's plant of {vehicle} states no {name}. Add it.")
-        parameters[name] = parameters[name] / factor
-    path = folder / f"{vehicle}-attitude-lag-{factor:g}.yaml"
-    path.write_text(yaml.safe_dump(plant, sort_keys=False), encoding="utf-8")
+
+    def change(plant: PlantFile) -> None:
+        parameters = plant.get("autopilot_parameters", {})
+        for name in _ANGLE_GAINS:
+            if name not in parameters:
+                raise ConfigError(f"the shim's plant of {vehicle} states no {name}. Add it.")
+            parameters[name] = parameters[name] / factor
+
+    return write_plant(vehicle, (change,), folder / f"{vehicle}-attitude-lag-{factor:g}.yaml")
+
+
+def write_plant(vehicle: str, changes: Sequence[Change], path: Path) -> Path:
+    """Write a shipped vehicle's plant file with changes.
+
+    Args:
+        vehicle: its name.
+        changes: one after another.
+        path: of the new file.
+
+    Raises:
+        ConfigError: the shim has no such vehicle, or a change does not apply to it.
+        OSError: the file can't be written.
+    """
+    plant = copy.deepcopy(_read(vehicle))
+    for change in changes:
+        change(plant)
+    write_whole(path, yaml.safe_dump(plant, sort_keys=False))
     return path
 
 
-def _read(vehicle: str) -> dict[str, Any]:
+def scaled(*keys: str, by: float) -> Change:
+    """Multiplies a number, or each of a list, that stands below keys."""
+
+    def change(plant: PlantFile) -> None:
+        *parents, last = keys
+        section = plant
+        for parent in parents:
+            section = section[parent]
+        value = section[last]
+        section[last] = [v * by for v in value] if isinstance(value, list) else value * by
+
+    return change
+
+
+def delayed(seconds: float) -> Change:
+    """Adds a transport delay, half of it each way."""
+
+    def change(plant: PlantFile) -> None:
+        plant["telemetry_delay_s"] += seconds / 2.0
+        plant["command_delay_s"] += seconds / 2.0
+
+    return change
+
+
+def _read(vehicle: str) -> PlantFile:
     # Found without being imported: the shim's files are data here, its code is none of ours.
     spec = importlib.util.find_spec("sitl_shim")
     assert spec is not None
     assert spec.origin is not None
     path = Path(spec.origin).parent / "plant" / "vehicles" / f"{vehicle}.yaml"
     try:
-        plant: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+        plant: PlantFile = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"the shim has no vehicle {vehicle}.") from error
     return plant

@@ -3,14 +3,11 @@
 import math
 import os
 import platform
-import subprocess
 import time
 from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import companion
 from companion.config.resolve import FlightConfig, load_flight
 from companion.control.reference_model import PositionModel
 from companion.experiments.campaign import Progress, run_campaign
@@ -31,6 +28,7 @@ from companion.experiments.paper.guarantees import theory_of
 from companion.experiments.paper.identification import identify_models
 from companion.experiments.paper.results import PaperResults, Provenance
 from companion.experiments.paper.scale import VEHICLE, Scale
+from companion.experiments.provenance import commit, version
 from companion.flight.assemble import position_model
 
 _SEED = 1
@@ -118,13 +116,9 @@ def _computing_time(scale: Scale, say: Callable[[str], None]) -> ComputingTime |
 
 def _provenance(summaries: Iterable[Summary], command: str, wall_s: float) -> Provenance:
     flown = list(summaries)
-    try:
-        known = version("companion")
-    except PackageNotFoundError:  # run from a checkout that is not installed
-        known = "unknown"
     return Provenance(
-        version=known,
-        commit=_commit(),
+        version=version(),
+        commit=commit(),
         machine=f"{platform.machine()}, {os.cpu_count()} processors, {platform.system()}",
         python=platform.python_version(),
         date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
@@ -133,21 +127,3 @@ def _provenance(summaries: Iterable[Summary], command: str, wall_s: float) -> Pr
         lost=sum(not math.isfinite(summary.mean_error_m) for summary in flown),
         wall_s=wall_s,
     )
-
-
-def _commit() -> str:
-    """Of the checkout that the package lies in, with a mark if it is changed; empty elsewhere."""
-    folder = Path(companion.__file__).parent.parent
-    if not (folder / ".git").exists():
-        return ""
-    try:
-        said = subprocess.run(
-            ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=10"],
-            capture_output=True,
-            text=True,
-            timeout=10.0,
-            check=True,
-        )
-    except (OSError, subprocess.SubprocessError):
-        return ""
-    return said.stdout.strip()

@@ -1,5 +1,4 @@
 import asyncio
-import functools
 import math
 from dataclasses import replace
 
@@ -94,7 +93,9 @@ def test_a_vehicle_that_is_lost_is_a_result(task, monkeypatch):
     def silent_after_six_seconds(data):
         return b"" if asyncio.get_running_loop().time() > 6.0 else data
 
-    lossy = functools.partial(fly_in_lockstep, from_shim=silent_after_six_seconds)
+    def lossy(*arguments, **options):
+        return fly_in_lockstep(*arguments, **options | {"from_shim": silent_after_six_seconds})
+
     monkeypatch.setattr("companion.experiments.fly_task.fly_in_lockstep", lossy)
 
     lost = fly_task(task)

@@ -1,0 +1,191 @@
+"""The picture of a comparison: `compare.png`.
+
+A panel for each wind, a row for each perturbation, a point for each controller: its error, at the
+end of a line that begins at its own error on the nominal vehicle.  The further left the better; a
+long line is a perturbation that it bears badly; a cross at the right are lost flights.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+from companion.report.compare_results import NOMINAL, Cell, Comparison
+
+_COLOURS = ("#7f8c8d", "#1f6fb4", "#e08214", "#5aae61", "#9970ab", "#35978f")
+"""The first controller, to which all are compared, is grey."""
+_TROUBLE = "#c0392b"
+_MM = 1e3
+_ROW_HEIGHT_IN = 0.34
+_WORTH_TELLING = 1.15
+
+Axes = Any
+"""matplotlib's; it is imported only when something is drawn."""
+
+
+def draw_comparison(comparison: Comparison, path: Path) -> None:
+    """Draw a comparison.
+
+    Raises:
+        OSError: the file can't be written.
+    """
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib.figure import Figure
+
+    rows = _rows(comparison)
+    panels = comparison.winds if len(comparison.perturbations) > 1 else (None,)
+    share = max(1.0, 0.55 * len(comparison.controllers))
+    height = 1.75 + _ROW_HEIGHT_IN * share * len(rows)
+    figure = Figure(figsize=(10.0, height))
+    figure.suptitle(
+        _title(comparison), fontsize=13, x=0.015, y=1.0 - 0.12 / height, ha="left", va="top"
+    )
+    grid = figure.add_gridspec(
+        1, len(panels), left=_left(rows), right=0.985,
+        bottom=0.72 / height, top=1.0 - 0.95 / height, wspace=0.06,
+    )  # fmt: skip
+    limits = _limits(comparison)
+    first: Axes = None
+    for k, wind in enumerate(panels):
+        axes = figure.add_subplot(grid[0, k], sharey=first)
+        first = first or axes
+        _prepare(axes, comparison, rows, limits, labelled=k == 0)
+        axes.set_title("" if wind is None else wind, fontsize=11, loc="left", fontweight="bold")
+        for index, controller in enumerate(comparison.controllers):
+            _draw_controller(axes, comparison, controller, index, wind, rows, limits)
+    _legend(figure, comparison, height)
+    figure.text(
+        0.015, 0.1 / height, _explanation(comparison), fontsize=8, color="#555555", va="bottom"
+    )
+    figure.savefig(path, dpi=100)
+
+
+def _rows(comparison: Comparison) -> list[tuple[str, str]]:
+    """Name and text of each row, from the top."""
+    if len(comparison.perturbations) > 1:
+        return [(p.name, p.says) for p in comparison.perturbations]
+    return [(wind, wind) for wind in comparison.winds]
+
+
+def _cells(comparison: Comparison, controller: str, wind: str | None) -> list[Cell]:
+    """A controller's cells of a panel, by row."""
+    if wind is None:
+        return [comparison.cell(controller, row, NOMINAL) for row, _ in _rows(comparison)]
+    return [comparison.cell(controller, wind, row) for row, _ in _rows(comparison)]
+
+
+def _title(comparison: Comparison) -> str:
+    seeds = len(comparison.seeds)
+    trajectories = ", ".join(comparison.trajectories)
+    return (
+        f"{comparison.vehicle}, {comparison.autopilot}: mean tracking error, trajectories "
+        f"{trajectories}, {seeds} seed{'s' if seeds > 1 else ''}"
+    )
+
+
+def _explanation(comparison: Comparison) -> str:
+    against = "true" if comparison.against == "truth" else "reported"
+    text = f"Error of the {against} position. ✕: flights lost."
+    if len(comparison.perturbations) > 1:
+        text = (
+            "A line begins at the controller's own error on the nominal vehicle; the factor is to "
+            f"that, red where it is more than the row allows.\n{text}"
+        )
+    return text
+
+
+def _left(rows: list[tuple[str, str]]) -> float:
+    return 0.03 + 0.0073 * max(len(text) for _, text in rows)
+
+
+def _limits(comparison: Comparison) -> tuple[float, float]:
+    """Of the axis, mm; the last part of it is for lost flights."""
+    known = [c.mean_error_m * _MM for c in comparison.cells if not c.lost and c.mean_error_m > 0.0]
+    low, high = (min(known), max(known)) if known else (1.0, 10.0)
+    span = math.log10(high / low) + 0.15
+    return low / 10.0 ** (0.06 * span), high * 10.0 ** (0.34 * span)
+
+
+def _prepare(
+    axes: Axes,
+    comparison: Comparison,
+    rows: list[tuple[str, str]],
+    limits: tuple[float, float],
+    *,
+    labelled: bool,
+) -> None:
+    from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, ScalarFormatter
+
+    axes.set_xscale("log")
+    axes.set_xlim(*limits)
+    ticks = [m * 10.0**e for e in range(-1, 6) for m in (1, 2, 5)]
+    axes.xaxis.set_major_locator(FixedLocator([t for t in ticks if limits[0] <= t <= limits[1]]))
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("mm", fontsize=9)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_yticks(range(len(rows)), [text for _, text in rows] if labelled else [""] * len(rows))
+    axes.tick_params(axis="y", labelsize=10, length=0, labelleft=labelled)
+    axes.tick_params(axis="x", labelsize=9)
+    axes.grid(axis="x", alpha=0.35, lw=0.6)
+    for side in ("top", "right", "left"):
+        axes.spines[side].set_visible(False)
+    for k in range(0, len(rows), 2):
+        axes.axhspan(k - 0.5, k + 0.5, color="#f4f6f7", zorder=-5, lw=0)
+    kinds = [p.bearable for p in comparison.perturbations]
+    for k in range(1, len(kinds)):
+        if kinds[k] != kinds[k - 1] and len(kinds) > 1:
+            axes.axhline(k - 0.5, color="#808b96", lw=0.8)
+
+
+def _draw_controller(
+    axes: Axes,
+    comparison: Comparison,
+    controller: str,
+    index: int,
+    wind: str | None,
+    rows: list[tuple[str, str]],
+    limits: tuple[float, float],
+) -> None:
+    colour = _COLOURS[index % len(_COLOURS)]
+    count = len(comparison.controllers)
+    offset = 0.0 if count == 1 else 0.7 * (index / (count - 1) - 0.5) * (1.0 - 1.0 / (count + 1))
+    for row, cell in enumerate(_cells(comparison, controller, wind)):
+        y = row + offset
+        if cell.lost:
+            text = f"✕ lost {cell.lost} of {len(cell.flights)} "
+            axes.text(
+                limits[1], y, text, ha="right", va="center",
+                fontsize=9, color=colour, fontweight="bold",
+            )  # fmt: skip
+            continue
+        error = cell.mean_error_m * _MM
+        times = comparison.to_nominal(cell)
+        if wind is not None and math.isfinite(times):
+            axes.plot([error / times, error], [y, y], color=colour, lw=2.2, alpha=0.45, zorder=2)
+        axes.plot([error], [y], marker="o", ms=6.5, color=colour, ls="none", zorder=3)
+        text = f"  {error:.1f}" if error < 100.0 else f"  {error:.0f}"
+        bad = not comparison.bears(cell)
+        if wind is not None and (bad or times >= _WORTH_TELLING):
+            text += f"  ({times:.1f} ×)"
+        rightmost = max(error, error / times) if math.isfinite(times) else error
+        axes.text(
+            rightmost, y, text, ha="left", va="center", fontsize=9,
+            color=_TROUBLE if bad else colour, fontweight="bold" if bad else "normal",
+        )  # fmt: skip
+
+
+def _legend(figure: Any, comparison: Comparison, height: float) -> None:  # noqa: ANN401
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], marker="o", ms=7, ls="none", color=_COLOURS[k % len(_COLOURS)], label=label)
+        for k, label in enumerate(comparison.controllers)
+    ]
+    figure.legend(
+        handles=handles, loc="upper left", bbox_to_anchor=(0.005, 1.0 - 0.42 / height),
+        ncols=min(4, len(handles)), fontsize=11, frameon=False, handletextpad=0.1,
+        columnspacing=1.2, borderaxespad=0.0,
+    )  # fmt: skip
