@@ -7,6 +7,7 @@ from pydantic import Field, field_validator, model_validator
 from companion.config.base import NonNegative, PerAxis, Positive, Section, Vector
 from companion.config.link_models import LinkConfig
 from companion.config.mocap_models import MocapConfig
+from companion.config.monitor_models import MonitorConfig, Switches
 from companion.config.preflight_models import PreflightConfig
 
 
@@ -261,6 +262,11 @@ class ControllerConfig(Section):
     inner_pid: PidConfig | None = Field(default=None, description="u = PID(r2 - y2).")
     thrust: ThrustConfig = ThrustConfig()
     yaw: YawConfig = YawConfig()
+    fallback: str | None = Field(
+        default=None,
+        description="Robust controller that the in-flight monitor falls back to: a name, a YAML "
+        "file beside this one, or none. Of mpc-l1-plus by default the vehicle's mpc-l1.",
+    )
 
     @model_validator(mode="after")
     def _sections_of_the_framework(self) -> "ControllerConfig":
@@ -387,4 +393,8 @@ class MissionConfig(Section):
     geofence: GeofenceConfig = GeofenceConfig()
     timeouts: TimeoutsConfig = TimeoutsConfig()
     supervisor: SupervisorConfig = SupervisorConfig()
+    monitor: MonitorConfig = MonitorConfig()
+    switch: Switches = Field(
+        default=(), description="Hand-overs in flight, each t=SECONDS:CONTROLLER."
+    )
     preflight: PreflightConfig = PreflightConfig()
