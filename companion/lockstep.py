@@ -18,6 +18,7 @@ from companion.flight.check.checking import Checked, CheckOrder, Tell, check_veh
 from companion.flight.clock import run_in_virtual_time
 from companion.flight.conduct import Outcome, conduct
 from companion.flight.errors import ShimRefusedError
+from companion.flight.experiment import Experiment
 from companion.flight.inbox import Inbox
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
@@ -53,6 +54,7 @@ def fly_in_lockstep(
     airborne: bool = False,
     signing_key: bytes | None = None,
     from_cameras: Tap | None = None,
+    experiment: Experiment | None = None,
 ) -> Outcome:
     """Fly the embedded shim in simulated time, as fast as the processor allows.
 
@@ -72,6 +74,7 @@ def fly_in_lockstep(
         signing_key: 32 bytes, of companion and shim; None: packets are not signed.
         from_cameras: may change each datagram of the room's cameras, which look if the mission
             has motion capture; an empty one is lost.
+        experiment: flown in the place of the controller; None: the controller flies.
 
     Raises:
         ShimRefusedError: the shim can't simulate what it was asked for.
@@ -90,6 +93,7 @@ def fly_in_lockstep(
             airborne,
             signing_key,
             from_cameras,
+            experiment,
         )
     )
 
@@ -132,6 +136,7 @@ async def _fly(
     airborne: bool,
     signing_key: bytes | None,
     from_cameras: Tap | None,
+    experiment: Experiment | None,
 ) -> Outcome:
     first = _first_point(config, trajectory) if airborne else None
     mocap = _motion_capture(config)
@@ -152,6 +157,7 @@ async def _fly(
                 scope=FlightScope.AIRBORNE if airborne else FlightScope.WHOLE,
                 signing=way.signing,
                 mocap=mocap,
+                experiment=experiment,
             )
 
 

@@ -16,6 +16,7 @@ from companion.control.qp.port import QpSolverFactory
 from companion.flight.assemble import make_stack, supervisor_limits
 from companion.flight.check.inspector import Inspector
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
+from companion.flight.experiment import Experiment, ExperimentFlight
 from companion.flight.inbox import Inbox
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
@@ -85,6 +86,7 @@ async def conduct(
     scope: FlightScope = FlightScope.WHOLE,
     signing: Signing | None = None,
     mocap: MotionCapture | None = None,
+    experiment: Experiment | None = None,
 ) -> Outcome:
     """Fly over a link.
 
@@ -102,6 +104,7 @@ async def conduct(
             one, which nobody else can be flying.
         signing: signs and checks the packets of the link; None for one without a key.
         mocap: poses for the autopilot; None if it needs none of ours.
+        experiment: flown over the configured controller, which is its hold; None: that is flown.
 
     Raises:
         LinkError: an endpoint of `link.forward` cannot be opened.
@@ -116,7 +119,15 @@ async def conduct(
         supervisor_limits(config.mission),
     )
 
+    trial = None
+    if experiment is not None:
+        clock = asyncio.get_running_loop().time
+        trial = ExperimentFlight(experiment, config, connection, control, log, clock)
+
     def adopt(thrust: ThrustMeaning) -> None:
+        if trial is not None:
+            trial.adopt(thrust)
+            return
         stack = make_stack(
             config.controller, config.vehicle, config.mission, make_solver, thrust=thrust
         )
@@ -140,6 +151,7 @@ async def conduct(
         if scope is FlightScope.AIRBORNE
         else Inspector(config, trajectory, connection, voice, log.folder),
         mocap=mocap,
+        experiment=trial,
     )
     connection.on_trouble = partial(voice.tell, "error")
     connection.admission.on_rejected = partial(voice.tell, "warning")
@@ -155,6 +167,8 @@ async def conduct(
     if mocap is not None:
         flight.authority.fault = mocap.fault
         helpers.append(mocap.run(connection, voice.tell))
+    if trial is not None:
+        trial.watch(flight.authority)
     if real_time:
         helpers.append(measure_timer_noise(noise))
     completed, name, note = False, "aborted", ""

@@ -11,6 +11,7 @@ from companion.config.mocap_models import MocapConfig
 from companion.config.resolve import FlightConfig
 from companion.flight.command_socket import CommandServer
 from companion.flight.conduct import Outcome, conduct
+from companion.flight.experiment import Experiment
 from companion.flight.inbox import Inbox
 from companion.flight.motion_capture import motion_capture
 from companion.flight.observer import Observer
@@ -40,6 +41,7 @@ def fly_in_real_time(
     shim: ShimOptions | None,
     *,
     signing_key: bytes | None = None,
+    experiment: Experiment | None = None,
 ) -> Outcome:
     """Fly; Ctrl-C lands, a second Ctrl-C hands over at once.
 
@@ -50,6 +52,7 @@ def fly_in_real_time(
         observer: told what happens.
         shim: start this shim and fly it; None to fly what `mission.connect` names.
         signing_key: 32 bytes, to sign packets with and to check them by; None: neither is done.
+        experiment: flown in the place of the controller; None: the controller flies.
 
     Raises:
         LinkError: the link can't be opened.
@@ -57,7 +60,7 @@ def fly_in_real_time(
         ShimRefusedError: the embedded shim can't simulate what it was asked for.
     """
     with asyncio.Runner() as runner:
-        return runner.run(_fly(config, trajectory, log, observer, shim, signing_key))
+        return runner.run(_fly(config, trajectory, log, observer, shim, signing_key, experiment))
 
 
 def _signing(config: FlightConfig, key: bytes | None) -> Signing | None:
@@ -91,6 +94,7 @@ async def _fly(
     observer: Observer,
     options: ShimOptions | None,
     signing_key: bytes | None,
+    experiment: Experiment | None,
 ) -> Outcome:
     inbox = Inbox()
     signing = _signing(config, signing_key)
@@ -132,6 +136,7 @@ async def _fly(
                 lost=shim.lost if shim else None,
                 signing=signing,
                 mocap=mocap,
+                experiment=experiment,
             )
     finally:
         link.close()

@@ -9,6 +9,7 @@ import numpy as np
 from companion.config.models import MissionConfig, YawConfig
 from companion.control.reference_model import Array
 from companion.flight.check.inspector import Inspector
+from companion.flight.experiment import ExperimentFlight
 from companion.flight.inbox import Inbox
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.setpoints.placement import Placement
@@ -69,3 +70,5 @@ class Flight:
     progress: Progress = field(default_factory=Progress)
     mocap: MotionCapture | None = None
     """The poses that the autopilot is given; None if it needs none of ours."""
+    experiment: ExperimentFlight | None = None
+    """What is flown in the place of a controller; None in an ordinary flight."""

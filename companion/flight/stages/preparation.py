@@ -97,6 +97,8 @@ async def _prepare_once(flight: Flight) -> None:
         begun = begin_measuring(flight)
         await flight.inspector.before_flight()
     await flight.settings.learn()
+    if flight.experiment is not None:
+        await flight.experiment.request_reports()
     measured = connection.state is not None
     if measured:
         await measure_streams(flight, begun)

@@ -83,6 +83,8 @@ async def engage(flight: Flight) -> Timeline:
     """
     if flight.scope is FlightScope.WHOLE:  # nobody else is at a simulated one in the air
         await _look_again(flight)
+    if flight.experiment is not None:
+        flight.experiment.before_engaging()
     connection, stream, mission = flight.connection, flight.stream, flight.mission
     placement = _settled_placement(flight)
     mode = connection.dialect.setpoint_mode
