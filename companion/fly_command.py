@@ -1,8 +1,6 @@
 """What ``companion fly`` does: configure, check, fly, score, draw, tell."""
 
-import contextlib
 import json
-import os
 import re
 import sys
 import time
@@ -16,20 +14,23 @@ from rich.console import Console
 
 from companion.config.models import MissionConfig
 from companion.config.resolve import FlightConfig, controller_path, load_flight
-from companion.config.signing_key import signing_key
 from companion.config.yaml_source import ConfigError, settings_of
 from companion.flight.assemble import attitude_gains, infeasibilities, make_stack, make_trajectory
+from companion.flight.beginning import (
+    check_sharing,
+    discard_log,
+    key_to_sign_with,
+    log_begins_us,
+    shim_options,
+)
 from companion.flight.conduct import Outcome, OutcomeName
-from companion.flight.embedded_shim import embedded_shim
 from companion.flight.errors import ShimRefusedError
 from companion.flight.records import CHANNELS
-from companion.flight.shared_link.endpoints import Endpoint
 from companion.flight.shim_process import ShimOptions
-from companion.flight.stages.mission_backend import require_mavsdk
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
 from companion.mocap.sources import MocapError
-from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, FlightLog, FlightLogError
+from companion.recording.flight_log import FlightLog, FlightLogError
 from companion.report.aftermath import score_and_draw
 from companion.report.result import result_object
 from companion.report.summary import print_summary
@@ -72,13 +73,13 @@ def run_fly(request: FlyRequest) -> OutcomeName:
         config = load_flight(request.mission_file, request.overrides, settings_of(request.settings))
         trajectory = make_trajectory(config.mission)
         _check_controller(config)
-        shim = _shim_options(config, lockstep=request.lockstep)
-        key = _signing_key(config.mission, request)
+        shim = shim_options(config, lockstep=request.lockstep)
+        key = key_to_sign_with(config.mission, request.signing_key_file)
         if shim is not None:
             shim = replace(shim, signing_key=key)
         if config.mission.connect is not None:
             parse_link_url(config.mission.connect)
-        _check_sharing(config.mission, lockstep=request.lockstep)
+        check_sharing(config.mission, lockstep=request.lockstep)
     except (ConfigError, TrajectoryFileError, LinkError) as error:
         raise BadInputError(str(error)) from error
     problems = infeasibilities(trajectory, config.mission, config.vehicle)
@@ -89,7 +90,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     started = time.perf_counter()
     is_new = not folder.exists()
     try:
-        log = FlightLog(folder, CHANNELS, base_us=_base_us(request.lockstep))
+        log = FlightLog(folder, CHANNELS, base_us=log_begins_us(lockstep=request.lockstep))
     except FlightLogError as error:
         raise BadInputError(str(error)) from error
     try:
@@ -97,7 +98,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
             outcome = _fly(config, trajectory, log, observer, shim, key, lockstep=request.lockstep)
     except (LinkError, MocapError, ShimRefusedError) as error:
         log.close()
-        _discard(folder, folder_too=is_new)
+        discard_log(folder, folder_too=is_new)
         raise BadInputError(str(error)) from error
     finally:
         log.close()
@@ -139,38 +140,6 @@ def _fly(
     return fly_in_real_time(config, trajectory, log, observer, shim, signing_key=key)
 
 
-def _check_sharing(mission: MissionConfig, *, lockstep: bool) -> None:
-    """Refuse endpoints and a mission backend that cannot be had.
-
-    Raises:
-        ConfigError: they need real time, or what is not installed.
-        LinkError: an endpoint cannot be one.
-    """
-    link = mission.link
-    if lockstep and (link.forward or link.mission_backend != "companion"):
-        raise ConfigError(
-            "clients of link.forward, MAVSDK among them, live in real time; with --lockstep there "
-            "is none. Leave --lockstep or the setting out."
-        )
-    for endpoint in link.forward:
-        Endpoint(endpoint)
-    if link.mission_backend == "mavsdk":
-        require_mavsdk()
-
-
-def _signing_key(mission: MissionConfig, request: FlyRequest) -> bytes | None:
-    """The key with which packets are signed, if they are.
-
-    Raises:
-        ConfigError: there is one, or should be, and it is not to be had or not kept well.
-    """
-    signing = mission.link.signing
-    path = request.signing_key_file
-    if path is None and signing is not None and signing.key_file is not None:
-        path = Path(signing.key_file)
-    return signing_key(path, os.environ, wanted=signing is not None)
-
-
 def _check_controller(config: FlightConfig) -> None:
     """Refuse what no law can be made of, and what must not leave the simulator.
 
@@ -190,47 +159,6 @@ def _check_controller(config: FlightConfig) -> None:
             "the explicit Euler step (controller.l1.discretisation) is for study in the simulator: "
             "it is unstable for Γ dt > 1. Leave --connect or the setting out."
         )
-
-
-def _shim_options(config: FlightConfig, *, lockstep: bool) -> ShimOptions | None:
-    """The embedded shim, or None for a real autopilot."""
-    mission = config.mission
-    if mission.connect is not None:
-        if "wind" in mission.model_fields_set:
-            raise ConfigError(
-                "--wind belongs to the embedded shim; with --connect the weather is what it is. "
-                "Leave one of the two out (`wind` and `connect` in a mission file)."
-            )
-        if mission.sensors is not None:
-            raise ConfigError(
-                "--sensors belongs to the embedded shim; with --connect the vehicle has its own. "
-                "Leave one of the two out (`sensors` and `connect` in a mission file)."
-            )
-        if lockstep:
-            raise ConfigError(
-                "--lockstep belongs to the embedded shim; with --connect time is real. Leave one "
-                "of the two out."
-            )
-        return None
-    return embedded_shim(config)
-
-
-def _base_us(lockstep: bool) -> int:
-    """Epoch of the log's time stamps: simulated time begins at a fixed moment."""
-    if lockstep:
-        return round(datetime(2020, 1, 1, tzinfo=UTC).timestamp() * 1e6)
-    from companion.flight.real_time import log_base_us
-
-    return log_base_us()
-
-
-def _discard(folder: Path, *, folder_too: bool) -> None:
-    """Take back the log of a flight that could not be begun, so that --out can be used again."""
-    with contextlib.suppress(OSError):
-        for name in (TLOG_NAME, MCAP_NAME):
-            (folder / name).unlink(missing_ok=True)
-        if folder_too:
-            folder.rmdir()
 
 
 def _new_folder(mission: MissionConfig) -> Path:
