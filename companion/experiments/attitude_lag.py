@@ -1,11 +1,19 @@
-"""An attitude that answers slower or faster by a factor: the same response, stretched in time.
+"""Vehicles whose attitude answers later or sooner by a factor, under either autopilot.
 
-A step of attitude is answered by the angle loop over a rate loop.  In a time that runs slower by
-``f`` a torque must be ``f²`` times less, and a rate ``f`` times: so the angle's gain and the
-proportional gain of the rates go with ``1/f``, their integral gain with ``1/f²``, and their
-derivative gain, which acts like inertia, stays; a filter of the rates' target has its cut-off at
-``1/f``.  What is faster by far (motors, gyro filters) need not follow.  So natural frequency goes
-with ``1/f`` and damping stays, where the angle's gain alone would have made it better damped.
+The lag of an attitude is by how much a slow motion of it comes late: of a second-order response
+``2 ζ / ωn`` and its dead time.  Where a proportional law on the angle stands over a rate loop with
+an integral, it is the inverse of that law's gain, whatever the rate loop does.
+
+- `attitude_lag` changes that gain alone: the lag has the factor, natural frequency and damping its
+  root, so that what lags more is better damped.
+- `slower_attitude` stretches the whole response in time: natural frequency falls by the factor and
+  damping stays.  In a time that runs slower by ``f`` a torque must be ``f²`` times less, and a rate
+  ``f`` times: the gain of the angle and the proportional gain of the rates go with ``1/f``, their
+  integral gain with ``1/f²``; the derivative gain, which acts like inertia, stays; a filter of the
+  rates' target has its cut-off at ``1/f``.  This asks more of a controller than the lag alone.
+
+Where ArduPilot shapes the attitude that is asked for and feeds its rate forward, the lag is that of
+the shaping: 0.88 of its time constant, beside 36 ms that stay (measured on `arducopter`).
 """
 
 from collections.abc import Mapping
@@ -13,68 +21,70 @@ from dataclasses import dataclass
 
 from companion.experiments.perturbed_plant import Change, PlantFile
 
+_SHAPED, _SHAPING_S = "ATC_RATE_FF_ENAB", "ATC_INPUT_TC"
+_DEFAULT_SHAPING_S = 0.15
+_SHAPING_PER_LAG = 1.3
+"""The whole lag over the shaping's part of it, with that time constant."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Loops:
-    """The parameters of an autopilot's roll and pitch loops."""
+    """The parameters of an autopilot's roll and pitch loops, by their names without the axis."""
 
     section: str
     """Of the plant file."""
-    powers: Mapping[str, int]
-    """By parameter: how often it is divided by the factor."""
-    defaults: Mapping[str, float]
-    """The autopilot's own values, of what a plant file does not state."""
+    axes: tuple[str, str]
+    angle: Mapping[str, float]
+    """The angle's gain, with the autopilot's default."""
+    rates: Mapping[str, tuple[float, int]]
+    """Of the rate loop: default, and how often it is divided by the factor."""
+
+    def divide(self, plant: PlantFile, factor: float, *, rates: bool) -> None:
+        """Divide the angle's gain, and those of the rates if asked, of both axes."""
+        stated = plant.setdefault(self.section, {})
+        powers = {name: (default, 1) for name, default in self.angle.items()}
+        for pattern, (default, power) in (powers | (dict(self.rates) if rates else {})).items():
+            for axis in self.axes:
+                name = pattern.format(axis)
+                stated[name] = stated.get(name, default) / factor**power
 
 
 _PX4 = _Loops(
     "autopilot_parameters",
-    {
-        f"MC_{axis}{gain}": power
-        for axis in ("ROLL", "PITCH")
-        for gain, power in (("_P", 1), ("RATE_P", 1), ("RATE_I", 2))
-    },
-    {
-        f"MC_{axis}{gain}": value
-        for axis in ("ROLL", "PITCH")
-        for gain, value in (("_P", 4.0), ("RATE_P", 0.15), ("RATE_I", 0.2))
-    },
+    ("ROLL", "PITCH"),
+    {"MC_{}_P": 4.0},
+    {"MC_{}RATE_P": (0.15, 1), "MC_{}RATE_I": (0.2, 2)},
 )
 _ARDUPILOT = _Loops(
     "ardupilot_parameters",
-    {
-        f"ATC_{name}": power
-        for axis in ("RLL", "PIT")
-        for name, power in (
-            (f"ANG_{axis}_P", 1),
-            (f"RAT_{axis}_P", 1),
-            (f"RAT_{axis}_I", 2),
-            (f"RAT_{axis}_FLTT", 1),
-        )
-    },
-    {
-        f"ATC_{name}": value
-        for axis in ("RLL", "PIT")
-        for name, value in (
-            (f"ANG_{axis}_P", 4.5),
-            (f"RAT_{axis}_P", 0.135),
-            (f"RAT_{axis}_I", 0.135),
-            (f"RAT_{axis}_FLTT", 20.0),
-        )
-    },
+    ("RLL", "PIT"),
+    {"ATC_ANG_{}_P": 4.5},
+    {"ATC_RAT_{}_P": (0.135, 1), "ATC_RAT_{}_I": (0.135, 2), "ATC_RAT_{}_FLTT": (20.0, 1)},
 )
 
 
 def attitude_lag(factor: float) -> Change:
-    """Stretches the answer to an attitude setpoint, under either autopilot.
+    """Gives the attitude another lag.
 
     Args:
         factor: on the lag: 1.25 for a quarter more.
     """
+    return lambda plant: _change(plant, factor, rates=False)
 
-    def change(plant: PlantFile) -> None:
-        for loops in (_PX4, _ARDUPILOT):
-            stated = plant.setdefault(loops.section, {})
-            for name, power in loops.powers.items():
-                stated[name] = stated.get(name, loops.defaults[name]) / factor**power
 
-    return change
+def slower_attitude(factor: float) -> Change:
+    """Stretches the attitude's whole response in time.
+
+    Args:
+        factor: on the time that it takes: 1.25 for a quarter more.
+    """
+    return lambda plant: _change(plant, factor, rates=True)
+
+
+def _change(plant: PlantFile, factor: float, *, rates: bool) -> None:
+    for loops in (_PX4, _ARDUPILOT):
+        loops.divide(plant, factor, rates=rates)
+    stated = plant[_ARDUPILOT.section]
+    if stated.get(_SHAPED, 1) != 0:
+        shaping_s = stated.get(_SHAPING_S, _DEFAULT_SHAPING_S)
+        stated[_SHAPING_S] = shaping_s * (1.0 + _SHAPING_PER_LAG * (factor - 1.0))

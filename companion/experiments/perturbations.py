@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from companion.config.yaml_source import ConfigError
-from companion.experiments.attitude_lag import attitude_lag
+from companion.experiments.attitude_lag import attitude_lag, slower_attitude
 from companion.experiments.perturbed_plant import Change, delayed, scaled, write_plant
 
 NOMINAL = "nominal"
@@ -47,6 +47,7 @@ PERTURBATIONS = {
         Perturbation(NOMINAL, "the vehicle as it is", bearable=1.0),
         Perturbation("lag+25", "attitude lag + 25 %", (attitude_lag(1.25),)),
         Perturbation("lag-25", "attitude lag − 25 %", (attitude_lag(0.75),)),
+        Perturbation("slow+25", "attitude 25 % slower", (slower_attitude(1.25),)),
         Perturbation("mass+20", "mass + 20 %", _mass(1.2)),
         Perturbation("mass-20", "mass − 20 %", _mass(0.8)),
         Perturbation("thrust+15", "thrust + 15 %", _thrust(1.15)),
@@ -55,6 +56,7 @@ PERTURBATIONS = {
         Perturbation("delay+20ms", "delay + 20 ms", (delayed(0.020),)),
         Perturbation("loss10", "10 % of packets lost", packet_loss=0.1),
         Perturbation("lag+50", "attitude lag + 50 %", (attitude_lag(1.5),), bearable=_HARD),
+        Perturbation("slow+50", "attitude 50 % slower", (slower_attitude(1.5),), bearable=_HARD),
         Perturbation("delay+40ms", "delay + 40 ms", (delayed(0.040),), bearable=_HARD),
         Perturbation(
             "combo",
