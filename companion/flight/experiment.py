@@ -32,6 +32,7 @@ EXPERIMENT = ChannelSpec(
         Field("box_horizontal_m", description="half the width of the box"),
         Field("box_vertical_m", description="half the height of the box"),
         Field("hover_guess", description="thrust field at hover that the hold began with"),
+        Field("vehicle", "object", "what was known of the vehicle, as its file has it"),
     ),
     "what an identification was flown with; one record for each engagement",
 )
@@ -146,6 +147,7 @@ class ExperimentFlight:
                 "box_horizontal_m": box.horizontal_m,
                 "box_vertical_m": box.vertical_m,
                 "hover_guess": self.hover_guess,
+                "vehicle": self.config.vehicle.model_dump(mode="json"),
             },
         )
 

@@ -1,0 +1,271 @@
+"""What ``companion identify`` does: fly an excitation, or read one again, and make files of it."""
+
+import json
+import re
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal, TextIO
+
+from rich.console import Console
+
+from companion.config.models import VehicleConfig
+from companion.config.resolve import FlightConfig, find_config
+from companion.config.validation import validate
+from companion.config.yaml_source import ConfigError, read_yaml, settings_of
+from companion.experiments.identification_flight import (
+    BOX_M,
+    HEIGHT_M,
+    IdentificationPlan,
+    load_identification,
+    plan_identification,
+)
+from companion.flight.beginning import (
+    check_sharing,
+    discard_log,
+    key_to_sign_with,
+    log_begins_us,
+    shim_options,
+)
+from companion.flight.conduct import Outcome
+from companion.flight.errors import ShimRefusedError
+from companion.flight.experiment import EXPERIMENT_CHANNELS
+from companion.flight.records import CHANNELS
+from companion.flight.shim_process import ShimOptions
+from companion.identification.estimates import UnidentifiedError
+from companion.identification.excitation_stack import HOLD
+from companion.identification.recording import Recording
+from companion.link.link import LinkError
+from companion.link.url import parse_link_url
+from companion.mocap.sources import MocapError
+from companion.recording.flight_log import FlightLog, FlightLogError
+from companion.report.identification_log import read_identification
+from companion.report.result import result_object, write_result
+from companion.report.terminal import TerminalObserver
+
+Verdict = Literal["identified", "uncertified", "unidentified", "refused", "aborted"]
+_WIDE = 1000
+
+
+class BadInputError(Exception):
+    """What was asked for can't be done as asked; the text names what, where and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifyRequest:
+    """The options of the command line."""
+
+    mission_file: Path | None = None
+    overrides: Mapping[str, object] = field(default_factory=dict)
+    settings: tuple[str, ...] = ()
+    """``KEY=VALUE`` each."""
+    log: Path | None = None
+    """Read this flight's log in place of flying."""
+    name: str | None = None
+    """What the vehicle is called in the files."""
+    box_m: float = BOX_M
+    height_m: float = HEIGHT_M
+    lockstep: bool = False
+    out: Path | None = None
+    json_output: bool = False
+    verbose: bool = False
+    signing_key_file: Path | None = None
+
+
+def run_identify(request: IdentifyRequest) -> Verdict:
+    """Identify as asked, and tell about it.
+
+    Raises:
+        BadInputError: nothing was started.
+    """
+    console = _console(sys.stderr)
+    if request.log is not None:
+        return _from_log(request, request.log, console)
+    try:
+        config = load_identification(
+            request.mission_file,
+            request.overrides,
+            settings_of(request.settings),
+            name=request.name,
+        )
+        plan = plan_identification(config, box_m=request.box_m, height_m=request.height_m)
+        shim = shim_options(plan.config, lockstep=request.lockstep)
+        key = key_to_sign_with(config.mission, request.signing_key_file)
+        if shim is not None:
+            shim = replace(shim, signing_key=key)
+        if config.mission.connect is not None:
+            parse_link_url(config.mission.connect)
+        check_sharing(config.mission, lockstep=request.lockstep)
+    except (ConfigError, LinkError) as error:
+        raise BadInputError(str(error)) from error
+
+    folder = request.out or _new_folder(config.vehicle)
+    is_new = not folder.exists()
+    began_s = time.perf_counter()
+    try:
+        log = FlightLog(
+            folder,
+            (*CHANNELS, *EXPERIMENT_CHANNELS),
+            base_us=log_begins_us(lockstep=request.lockstep),
+        )
+    except FlightLogError as error:
+        raise BadInputError(str(error)) from error
+    try:
+        with TerminalObserver(console, verbose=request.verbose) as observer:
+            outcome = _fly(plan, log, observer, shim, key, lockstep=request.lockstep)
+    except (LinkError, MocapError, ShimRefusedError) as error:
+        log.close()
+        discard_log(folder, folder_too=is_new)
+        raise BadInputError(str(error)) from error
+    finally:
+        log.close()
+    if log.trouble is not None:
+        console.print(f"warning: {log.trouble}", style="yellow")
+    wall_s = time.perf_counter() - began_s
+    _keep_result(plan.config, outcome, folder, wall_s, console)
+    if outcome.outcome == "refused":
+        return _end("refused", outcome.note, request, folder, console)
+    if outcome.outcome == "aborted" or not outcome.completed:
+        note = (
+            f"{outcome.note.rstrip('.')}. Not identified: the excitation was not flown to its end. "
+            f"`companion identify --log {folder}` tries it with what there is."
+        )
+        return _end("aborted", note, request, folder, console)
+    return _conclude(request, folder, folder, console)
+
+
+def _from_log(request: IdentifyRequest, folder: Path, console: Console) -> Verdict:
+    """Identify from a flight that was flown already.
+
+    Raises:
+        BadInputError: options that only a flight could heed.
+    """
+    if request.lockstep or "connect" in request.overrides:
+        raise BadInputError(
+            "--log reads a flight that was flown; nothing is connected or simulated. Leave "
+            "--connect and --lockstep out, or --log."
+        )
+    return _conclude(request, folder, request.out or folder, console)
+
+
+def _conclude(request: IdentifyRequest, log: Path, out: Path, console: Console) -> Verdict:
+    """From a log to the files."""
+    try:
+        base = _base(request)
+        kept = read_identification(log)
+    except ConfigError as error:
+        raise BadInputError(str(error)) from error
+    except UnidentifiedError as error:
+        return _end("unidentified", str(error), request, log, console)
+    console.print(_played(kept.recording))
+    vehicle = base or kept.vehicle
+    if request.name is not None:
+        vehicle = vehicle.model_copy(update={"name": request.name})
+    return "identified"
+
+
+def _base(request: IdentifyRequest) -> VehicleConfig | None:
+    """The vehicle that was named, whose limits the file takes over; None if none was.
+
+    Raises:
+        ConfigError: there is no such vehicle.
+    """
+    name = request.overrides.get("vehicle")
+    if not isinstance(name, str):
+        return None
+    return validate(VehicleConfig, read_yaml(find_config("vehicle", name)))
+
+
+def _fly(
+    plan: IdentificationPlan,
+    log: FlightLog,
+    observer: TerminalObserver,
+    shim: ShimOptions | None,
+    key: bytes | None,
+    *,
+    lockstep: bool,
+) -> Outcome:
+    if lockstep:
+        from companion.lockstep import fly_in_lockstep
+
+        assert shim is not None
+        return fly_in_lockstep(
+            plan.config,
+            plan.trajectory,
+            log,
+            observer,
+            shim,
+            signing_key=key,
+            experiment=plan.experiment,
+        )
+    from companion.flight.real_time import fly_in_real_time
+
+    return fly_in_real_time(
+        plan.config,
+        plan.trajectory,
+        log,
+        observer,
+        shim,
+        signing_key=key,
+        experiment=plan.experiment,
+    )
+
+
+def _played(recording: Recording) -> str:
+    """What of the excitation was flown, in one line."""
+    names: list[str] = []
+    counts: list[int] = []
+    for name in recording.segment.tolist():
+        if not names or names[-1] != name:
+            names.append(name)
+            counts.append(0)
+        counts[-1] += 1
+    seconds = recording.time_s[-1] - recording.time_s[0]
+    each: dict[str, int] = {}
+    for name, count in zip(names, counts, strict=True):
+        if name != HOLD:
+            each[name] = each.get(name, 0) + count
+    said = ", ".join(f"{name} {count}" for name, count in each.items())
+    return f"{len(recording)} samples in {seconds:.0f} s under {recording.autopilot}: {said}"
+
+
+def _keep_result(
+    config: FlightConfig, outcome: Outcome, folder: Path, wall_s: float, console: Console
+) -> None:
+    """`result.json` beside the log, as of any flight."""
+    result = result_object(config.mission, outcome, None, wall_s=wall_s, log_dir=folder.resolve())
+    try:
+        write_result(folder, result)
+    except OSError as error:
+        console.print(f"warning: {folder} is not complete: {error}", style="yellow")
+
+
+def _end(
+    verdict: Verdict, note: str, request: IdentifyRequest, folder: Path, console: Console
+) -> Verdict:
+    """Tell that there are no figures, and why."""
+    console.print(f"{verdict}: {note}", style="red")
+    if request.json_output:
+        said: dict[str, Any] = {"verdict": verdict, "note": note, "log_dir": str(folder.resolve())}
+        sys.stdout.write(json.dumps(said, ensure_ascii=False) + "\n")
+    return verdict
+
+
+def _new_folder(vehicle: VehicleConfig) -> Path:
+    """A folder under flights/ that does not exist yet."""
+    stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
+    name = re.sub(r"[^A-Za-z0-9-]+", "-", vehicle.name)
+    base = Path("flights") / f"{stamp}-identify-{name}"
+    folder, number = base, 2
+    while folder.exists():
+        folder = base.with_name(f"{base.name}-{number}")
+        number += 1
+    return folder
+
+
+def _console(stream: TextIO) -> Console:
+    """What is not for a terminal is not wrapped."""
+    return Console(file=stream, highlight=False, width=None if stream.isatty() else _WIDE)
