@@ -12,8 +12,9 @@ an integral, it is the inverse of that law's gain, whatever the rate loop does.
   integral gain with ``1/f²``; the derivative gain, which acts like inertia, stays; a filter of the
   rates' target has its cut-off at ``1/f``.  This asks more of a controller than the lag alone.
 
-Where ArduPilot shapes the attitude that is asked for and feeds its rate forward, the lag is that of
-the shaping: 0.88 of its time constant, beside 36 ms that stay (measured on `arducopter`).
+Where ArduPilot shapes the attitude that is asked for and feeds its rate forward, the lag is mostly
+that of the shaping, whose time constant changes with it: 1.2 times as much for the lag alone, where
+the rate loop's part of it stays (measured on `arducopter`).
 """
 
 from collections.abc import Mapping
@@ -23,8 +24,7 @@ from companion.experiments.perturbed_plant import Change, PlantFile
 
 _SHAPED, _SHAPING_S = "ATC_RATE_FF_ENAB", "ATC_INPUT_TC"
 _DEFAULT_SHAPING_S = 0.15
-_SHAPING_PER_LAG = 1.3
-"""The whole lag over the shaping's part of it, with that time constant."""
+_SHAPING_PER_LAG = 1.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,5 +86,6 @@ def _change(plant: PlantFile, factor: float, *, rates: bool) -> None:
         loops.divide(plant, factor, rates=rates)
     stated = plant[_ARDUPILOT.section]
     if stated.get(_SHAPED, 1) != 0:
+        share = 1.0 if rates else _SHAPING_PER_LAG
         shaping_s = stated.get(_SHAPING_S, _DEFAULT_SHAPING_S)
-        stated[_SHAPING_S] = shaping_s * (1.0 + _SHAPING_PER_LAG * (factor - 1.0))
+        stated[_SHAPING_S] = shaping_s * (1.0 + share * (factor - 1.0))
