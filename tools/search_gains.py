@@ -7,7 +7,7 @@ The model: attitude of second order behind a delay, drag linear in the speed, tr
 ways, noise of a motion-capture system, the MPC's first input in closed form with its bound clipped.
 The score is the mean tracking error on trajectories 2, 4 and 5, together with the same on a vehicle
 with 25 % more and less attitude lag, 20 ms more delay, 15 % more and less gain, and a gust.  It
-is a start, not a result: check what it finds by flights (`benchmarks/robustness.py`).
+is a start, not a result: check what it finds by flights (`companion compare --perturb all`).
 """
 
 import argparse
