@@ -52,7 +52,8 @@ def run(
     scenario: Annotated[
         str,
         typer.Option(
-            help="Wind, payload: calm, fan-1 … fan-5, gusts, wind3, mass-step, or a YAML file."
+            help="Wind, events: calm, fan-1 … fan-5, gusts, wind3, mass-step, payload-drop, "
+            "gust-front, weak-motor, or a YAML file."
         ),
     ] = "calm",
     sensors: Annotated[

@@ -9,6 +9,7 @@ from companion.config.resolve import FlightConfig
 from companion.flight.conduct import Outcome
 from companion.report.flight_data import FlightData, read_flight
 from companion.report.metrics import tracking_figures
+from companion.report.recovery import event_object
 from companion.report.result import result_object, write_result
 
 
@@ -16,6 +17,8 @@ def score_and_draw(
     config: FlightConfig, outcome: Outcome, folder: Path, wall_s: float
 ) -> tuple[dict[str, Any], str | None]:
     """Make the result and write it beside the logs, with `track.png`.
+
+    A flight during which a scenario's event happened gets `recovery.png` as well.
 
     Whatever is wrong with the files (a full disk, say), the flight was flown and has a result.
 
@@ -29,16 +32,18 @@ def score_and_draw(
         The result, and what could not be read or written, if anything.
     """
     figures = None
+    happened: dict[str, Any] | None = None
     trouble: Exception | None = None
     if outcome.scored_s is not None:
         try:
             data = read_flight(folder)
             figures = tracking_figures(data, outcome.scored_s)
+            happened = event_object(data, outcome.scored_s)
             _draw(config, data, outcome.scored_s, folder)
         except (OSError, ValueError, McapError) as error:
             trouble = error
     result = result_object(
-        config.mission, outcome, figures, wall_s=wall_s, log_dir=folder.resolve()
+        config.mission, outcome, figures, wall_s=wall_s, log_dir=folder.resolve(), event=happened
     )
     try:
         write_result(folder, result)
@@ -51,9 +56,14 @@ def _draw(
     config: FlightConfig, data: FlightData, scored_s: tuple[float, float], folder: Path
 ) -> None:
     from companion.report.figure import draw_flight
+    from companion.report.recovery_figure import draw_recoveries, flight_curve
 
     mission = config.mission
     title = f"Trajectory {mission.trajectory}, {mission.controller}, {mission.vehicle}"
     if mission.connect is None:
         title += f", wind {mission.wind}, seed {mission.seed}"
     draw_flight(data, scored_s, title, folder / "track.png", config.vehicle.tilt_limit_deg)
+    found = flight_curve(data, scored_s, mission.controller)
+    if found is not None:
+        event, curve = found
+        draw_recoveries([curve], f"{event}: {title}", folder / "recovery.png")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from companion.report.figure_path import draw_path
-from companion.report.figure_phases import name_phases, phases
+from companion.report.figure_phases import mark_events, name_phases, phases
 from companion.report.flight_data import Array, FlightData
 from companion.report.metrics import reported_error, true_error
 
@@ -101,6 +101,7 @@ def _prepare(axes: Axes, data: FlightData, span: _Span) -> None:
         axes.set_xlim(times[0] - span.begin_s, times[-1] - span.begin_s)
     for begin, _, _ in phases(data):
         axes.axvline(begin - span.begin_s, color="#808b96", lw=0.7, ls=":", zorder=0.5)
+    mark_events(axes, data, span.begin_s)
     for begin, end in _stretches(times, data.ticks.on_fallback):
         axes.axvspan(begin - span.begin_s, end - span.begin_s, color="#f5b7b1", zorder=-4)
 

@@ -38,3 +38,9 @@ def name_phases(axes: Any, data: FlightData, origin_s: float) -> None:  # noqa: 
                 style="italic",
                 color="#566573",
             )
+
+
+def mark_events(axes: Any, data: FlightData, origin_s: float) -> None:  # noqa: ANN401
+    """Mark what the simulation's scenario did to the vehicle, where it did."""
+    for event in data.truth.events:
+        axes.axvline(event.time_s - origin_s, color="#b9770e", lw=1.2, ls="-.", zorder=0.6)

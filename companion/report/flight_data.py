@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import COMPONENT_TRUTH, MessageId
 from companion.mavlink.telemetry import Rejected, state_from_odometry, wind_acceleration
+from companion.mavlink.truth_events import TruthEvent, truth_event
 from companion.recording.flight_log import MCAP_NAME, TLOG_NAME
 from companion.recording.mcap_log import read_records
 from companion.recording.tlog import read_tlog
@@ -65,6 +66,8 @@ class Truth:
     wind_time_s: Array
     wind_acceleration_m_s2: Array
     """Magnitude."""
+    events: tuple[TruthEvent, ...] = ()
+    """What the scenario did to the vehicle or its air, each once, by time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +162,7 @@ def truth_from_packets(packets: Iterable[bytes]) -> Truth:
     velocities: list[tuple[float, float, float]] = []
     wind_times: list[float] = []
     winds: list[float] = []
+    events: set[TruthEvent] = set()
     for raw in packets:
         if not is_truth_packet(raw):
             continue  # most packets: looked at before they are framed, which costs more
@@ -174,10 +178,15 @@ def truth_from_packets(packets: Iterable[bytes]) -> Truth:
                 if wind is not None and not isinstance(wind, Rejected):
                     wind_times.append(wind.time_s)
                     winds.append(math.sqrt(sum(c * c for c in wind.acceleration_enu_m_s2)))
+            elif frame.message_id == MessageId.NAMED_VALUE_FLOAT:
+                event = truth_event(frame)
+                if not isinstance(event, Rejected):
+                    events.add(event)
     return Truth(
         np.array(times),
         np.array(positions).reshape(-1, 3),
         np.array(velocities).reshape(-1, 3),
         np.array(wind_times),
         np.array(winds),
+        tuple(sorted(events, key=lambda event: (event.time_s, event.name))),
     )

@@ -49,14 +49,26 @@ def tracking_figures(data: FlightData, scored_s: tuple[float, float]) -> Trackin
 
 def reported_error(data: FlightData, interval_s: tuple[float, float]) -> tuple[Array, Array]:
     """Times and distances to the reference by the reported position."""
-    ticks = data.ticks
-    error: Array = np.linalg.norm(ticks.desired_enu_m - ticks.position_enu_m, axis=1)
-    use = _inside(ticks.time_s, interval_s) & np.isfinite(error)
-    return ticks.time_s[use], error[use]
+    times, error = reported_error_enu(data, interval_s)
+    return times, _lengths(error)
 
 
 def true_error(data: FlightData, interval_s: tuple[float, float]) -> tuple[Array, Array]:
-    """Times and distances to the reference by the true position; empty without a truth.
+    """Times and distances to the reference by the true position; empty without a truth."""
+    times, error = true_error_enu(data, interval_s)
+    return times, _lengths(error)
+
+
+def reported_error_enu(data: FlightData, interval_s: tuple[float, float]) -> tuple[Array, Array]:
+    """Times, and reported minus desired position (n, 3)."""
+    ticks = data.ticks
+    error: Array = ticks.position_enu_m - ticks.desired_enu_m
+    use = _inside(ticks.time_s, interval_s) & np.isfinite(error).all(axis=1)
+    return ticks.time_s[use], error[use]
+
+
+def true_error_enu(data: FlightData, interval_s: tuple[float, float]) -> tuple[Array, Array]:
+    """Times, and true minus desired position (n, 3); empty without a truth.
 
     Only between the first and the last tick that had a reference: before and after, there was
     nothing to be followed.
@@ -64,17 +76,22 @@ def true_error(data: FlightData, interval_s: tuple[float, float]) -> tuple[Array
     ticks, truth = data.ticks, data.truth
     known = np.isfinite(ticks.desired_enu_m).all(axis=1)
     if not known.any():
-        return np.empty(0), np.empty(0)
+        return np.empty(0), np.empty((0, 3))
     known_times, first = np.unique(ticks.time_s[known], return_index=True)
     use = _inside(truth.time_s, interval_s) & _inside(
         truth.time_s, (known_times[0], known_times[-1])
     )
     if not use.any():
-        return np.empty(0), np.empty(0)
+        return np.empty(0), np.empty((0, 3))
     times = truth.time_s[use]
     desired = _between(known_times, ticks.desired_enu_m[known][first], times)
-    error: Array = np.linalg.norm(desired - truth.position_enu_m[use], axis=1)
+    error: Array = truth.position_enu_m[use] - desired
     return times, error
+
+
+def _lengths(vectors_m: Array) -> Array:
+    lengths: Array = np.linalg.norm(vectors_m, axis=1)
+    return lengths
 
 
 def _between(known_times_s: Array, known_m: Array, times_s: Array) -> Array:

@@ -18,8 +18,18 @@ def result_object(
     *,
     wall_s: float,
     log_dir: Path | None,
+    event: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Join outcome and figures; lengths are metres, rounded to a hundredth of a millimetre."""
+    """Join outcome and figures; lengths are metres, rounded to a hundredth of a millimetre.
+
+    Args:
+        mission: what was asked for.
+        outcome: of the flight.
+        figures: of its tracking, if there is any.
+        wall_s: how long the flight took.
+        log_dir: of its logs.
+        event: what the simulation's scenario did to it, as `event_object` says it.
+    """
     reported = figures.as_reported if figures else None
     best = (figures.against_truth if figures else None) or reported
     wind_peak = figures.wind_peak_m_s2 if figures else None
@@ -40,6 +50,7 @@ def result_object(
         "reported_mean_tracking_error_m": _length(reported, "mean_m"),
         "error_against": _error_against(figures),
         "fan_or_wind_peak_accel_m_s2": None if wind_peak is None else round(wind_peak, 3),
+        "event": event,
         "ticks": outcome.ticks,
         "missed_deadlines": outcome.missed_deadlines,
         "fallbacks": outcome.fallbacks,

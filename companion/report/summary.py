@@ -49,6 +49,8 @@ def _rows(result: dict[str, Any], *, with_note: bool) -> list[tuple[str, Text]]:
     if result["fan_or_wind_peak_accel_m_s2"]:
         push = f"pushed with {result['fan_or_wind_peak_accel_m_s2']:.2f} m/s² at most"
         rows.append(("wind", Text(push)))
+    if result["event"]:
+        rows.append(("event", _event(result["event"])))
     if result["ticks"]:
         rows.append(("control", _control(result)))
     latency, noise = result["latency_ms"], result["timer_noise_ms"]
@@ -83,6 +85,16 @@ def _error_rows(result: dict[str, Any]) -> list[tuple[str, Text]]:
     if reported is not None and result["error_against"] == "truth":
         rows.append(("", Text(f"{reported * 1e3:.1f} mm mean, as the autopilot reported it")))
     return rows
+
+
+def _event(event: dict[str, Any]) -> Text:
+    height_mm, side_mm = (event[f"peak_{k}_error_m"] * 1e3 for k in ("height", "horizontal"))
+    text = Text(f"{event['what']} at {event['at_s']:.1f} s: ")
+    text.append(f"{height_mm:.0f} mm off in height, {side_mm:.0f} sideways at most, ")
+    back_s = event["recovery_s"]
+    if back_s is None:
+        return text.append("not back before the end", style="yellow")
+    return text.append(f"back after {back_s:.2f} s" if back_s else "never 30 mm worse than before")
 
 
 def _control(result: dict[str, Any]) -> Text:

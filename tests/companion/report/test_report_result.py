@@ -39,6 +39,7 @@ FURTHER = {
     "rejected_packets",
     "autopilot",
     "setpoint",
+    "event",
 }
 
 LANDED = Outcome(
