@@ -1,7 +1,7 @@
 """Finding configuration files by name, and joining a mission with its vehicle and controller."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,10 @@ from companion.config.yaml_source import (
 
 _SUFFIXES = (".yaml", ".yml")
 _OPTIONS = {"trajectory": "--traj"}
+_ROBUST = "mpc-l1"
+"""What `mpc-l1-plus` falls back to if its file names nothing else."""
+NO_FALLBACK = "none"
+"""What a controller's file says that has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,9 @@ class FlightConfig:
     mission: MissionConfig
     vehicle: VehicleConfig
     controller: ControllerConfig
+    others: Mapping[str, ControllerConfig] = field(default_factory=dict)
+    """Controllers that the flight may be handed over to: fallbacks, by what `fallback` says, and
+    those of planned hand-overs, by what the mission calls them."""
 
 
 def configs_folder() -> Path:
@@ -155,6 +162,8 @@ def _read_mission(path: Path) -> Source:
         value = data.get(key)
         if isinstance(value, str) and value and (key == "trajectory" or value.endswith(_SUFFIXES)):
             data[key] = str(path.parent / value)
+    if isinstance(data.get("switch"), list):
+        data["switch"] = [_switch_from(value, path.parent) for value in data["switch"]]
     _make_relative(data, ("link", "signing", "key_file"), path.parent)
     return Source(source.name, data, source.lines)
 
@@ -170,3 +179,13 @@ def _make_relative(data: dict[str, Any], path: tuple[str, ...], folder: Path) ->
         section[key] = section = dict(inner)
     if isinstance(section.get(last), str) and section[last]:
         section[last] = str(folder / section[last])
+
+
+def _switch_from(value: Any, folder: Path) -> Any:  # noqa: ANN401 - whatever a file says
+    """A planned hand-over of a mission's file; a controller's file in it is beside that one."""
+    if isinstance(value, str) and value.endswith(_SUFFIXES):
+        when, colon, name = value.partition(":")
+        return f"{when}{colon}{folder / name}" if colon else value
+    if isinstance(value, dict) and str(value.get("to", "")).endswith(_SUFFIXES):
+        return {**value, "to": str(folder / value["to"])}
+    return value

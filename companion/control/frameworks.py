@@ -27,7 +27,13 @@ import numpy as np
 
 from companion.control import delay, tilt, yaw
 from companion.control.attitude import AttitudeGains
-from companion.control.interfaces import InnerController, InnerRecord, OuterController, OuterRecord
+from companion.control.interfaces import (
+    AdaptationMean,
+    InnerController,
+    InnerRecord,
+    OuterController,
+    OuterRecord,
+)
 from companion.control.reference_model import Array, PositionModel
 from companion.control.thrust_laws import ThrustLaw
 from companion.frames import (
@@ -127,6 +133,11 @@ class Stack:
         """The same stack where its geofence, if it knows one, lies about a point (ENU m)."""
         return replace(self, outer=self.outer.about(np.array(anchor_enu_m)))
 
+    def without_adaptation(self, mean: AdaptationMean) -> "Stack | None":
+        """The same stack with its adaptation switched off, held at a mean; None if it has none."""
+        inner = self.inner.held(mean)
+        return None if inner is None else replace(self, inner=inner)
+
     def start(
         self,
         state: VehicleState,
@@ -138,17 +149,16 @@ class Stack:
         Args:
             state: where the vehicle is.
             thrust_memory: of the thrust law, from before; None if it has not run yet.
-            applied_u: (3,) u that is in effect, from the record of the stack that is relieved
-                (`StackRecord.applied_u`); None where nothing has been commanded yet: then it is
+            applied_u: (3,) u that is in effect: what the stack that is relieved commanded last
+                (`companion.control.handover`).  What is NaN of it, or all of it where None, is
                 taken from the reported attitude and climb rate.
         """
         roll, pitch, yaw_rad = euler_from_quaternion(state.attitude_flu_to_enu)
         velocity = np.array(state.velocity_enu_m_s)
-        if applied_u is None:
-            u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_rad)
-            u = np.array([u_x, u_y, velocity[2]])
-        else:
-            u = np.array(applied_u, dtype=float)
+        u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_rad)
+        u = np.array([u_x, u_y, velocity[2]])
+        if applied_u is not None:
+            u = np.where(np.isfinite(applied_u), applied_u, u)
         inner, r2 = self.inner.start(np.array(state.position_enu_m), velocity, u)
         return StackMemory(
             sample_s=state.time_s,

@@ -39,6 +39,20 @@ class InnerRecord:
     """What the projection holds |σ̂| below, in the unit of u; NaN where there is none."""
 
 
+@dataclass(frozen=True, slots=True)
+class AdaptationMean:
+    """Where an adaptation has been of late: what it is held at when it is switched off.
+
+    Means over about two seconds; each per axis, in the unit of u but for the velocity.
+    """
+
+    u: tuple[float, ...]
+    sigma_hat: tuple[float, ...]
+    velocity_m_s: tuple[float, ...]
+    known_s: float = 0.0
+    """How long it has been looked at."""
+
+
 class OuterController(Protocol):
     """From the desired trajectory and the state to the position reference r2.
 
@@ -95,3 +109,9 @@ class InnerController(Protocol):
 
     def with_applied(self, memory: Any, applied_u: Array) -> Any:  # noqa: ANN401
         """Memory that knows what the limits after the controller left of u (axes,)."""
+
+    def held(self, mean: AdaptationMean) -> "InnerController | None":
+        """The same controller with its adaptation switched off and held at a mean.
+
+        None for one that has none, or that cannot do without.
+        """

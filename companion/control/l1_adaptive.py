@@ -133,6 +133,19 @@ class L1Record:
 
 
 @dataclass(frozen=True, slots=True)
+class HeldEstimate:
+    """What takes the place of σ̂ in the control law while the adaptation is switched off.
+
+    ``offset + velocity y1 + u u_applied``, each (n,).
+    """
+
+    offset: Array
+    """In the unit of u."""
+    velocity: Array
+    u: Array
+
+
+@dataclass(frozen=True, slots=True)
 class _Step:
     """Matrices of one step.
 
@@ -247,6 +260,7 @@ def step(
     position_m: Array,
     velocity_m_s: Array,
     dt_s: float,
+    held: HeldEstimate | None = None,
 ) -> tuple[L1Memory, L1Record]:
     """Advance the law by one sample.
 
@@ -257,6 +271,8 @@ def step(
         position_m: (n,) measured position y2.
         velocity_m_s: (n,) measured velocity y1, never a predicted one.
         dt_s: time since the sample before, s; exact for any value.
+        held: what the control law uses in place of σ̂; None: σ̂.  Predictor and adaptation law
+            run on beside it.
 
     Returns:
         The new memory and the record; ``record.u`` is the control input.
@@ -280,7 +296,10 @@ def step(
     order = memory.low_pass.shape[1]
     filtering = np.empty((len(sigma), order + 1))
     filtering[:, :order] = memory.low_pass
-    filtering[:, order] = r1 - sigma
+    used = sigma
+    if held is not None:
+        used = held.offset + held.velocity * velocity_m_s + held.u * memory.applied_u
+    filtering[:, order] = r1 - used
     low_pass = (matrices.low_pass @ filtering[:, :, None])[:, :, 0]
     u = low_pass[:, 0]
     advanced = L1Memory(after[:, :p], sigma, low_pass, u, velocity_m_s)

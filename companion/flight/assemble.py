@@ -17,7 +17,7 @@ from companion.config.yaml_source import ConfigError
 from companion.control.attitude import AttitudeGains
 from companion.control.feedback import FeedbackController, direct
 from companion.control.frameworks import Limits, Stack
-from companion.control.inner import L1Controller, PidController
+from companion.control.inner import L1Controller, PidController, y_tilde_bounds_m_s
 from companion.control.interfaces import InnerController, OuterController
 from companion.control.l1_adaptive import L1Gains
 from companion.control.lqr import LqrWeights, lqr_gains
@@ -56,6 +56,8 @@ from companion.trajectories.harmonic import TEST_TRAJECTORIES
 from companion.trajectories.trajectory import Trajectory
 
 _SOLVERS = {"osqp": OsqpSolver}
+_USUAL_VELOCITY_NOISE_M_S = (0.02, 0.02, 0.02)
+"""Of the reported velocity, of a vehicle whose file states none."""
 
 
 def make_trajectory(mission: MissionConfig) -> Trajectory:
@@ -99,6 +101,7 @@ def make_stack(
     make_solver: QpSolverFactory | None = None,
     *,
     thrust: ThrustMeaning = COLLECTIVE,
+    cautious: bool = False,
 ) -> Stack:
     """The stack of control laws that a controller's file describes.
 
@@ -108,6 +111,7 @@ def make_stack(
         mission: its geofence.
         make_solver: a solver in place of the one that the controller's file names.
         thrust: what the autopilot makes of the thrust field.
+        cautious: the same with less gain, of a framework that has such a variant.
 
     Raises:
         ConfigError: transfer functions or weights that the laws are not made for, or setpoints
@@ -119,7 +123,7 @@ def make_stack(
         controller = _over_the_autopilots_loop(controller)
     return Stack(
         outer=_outer(controller, vehicle, mission, make_solver),
-        inner=_inner(controller),
+        inner=_inner(controller, vehicle),
         thrust=_thrust_law(controller.thrust, vehicle, thrust),
         yaw=YawGains(controller.yaw.gain, controller.yaw.rate_limit_rad_s),
         limits=Limits(math.radians(vehicle.tilt_limit_deg), climb, descent),
@@ -250,9 +254,17 @@ def _outer(
     return direct(3)
 
 
-def _inner(controller: ControllerConfig) -> InnerController:
+def _inner(controller: ControllerConfig, vehicle: VehicleConfig) -> InnerController:
     if controller.l1 is not None:
-        return L1Controller(l1_gains(controller.l1))
+        gains = l1_gains(controller.l1)
+        level, climb = vehicle.speed_limit_m_s, vehicle.climb_limit_m_s
+        noise = _USUAL_VELOCITY_NOISE_M_S
+        if vehicle.noise is not None:
+            noise = vehicle.noise.velocity_m_s
+        bounds = y_tilde_bounds_m_s(
+            gains, vehicle.acceleration_limit_m_s2, (level, level, climb), noise
+        )
+        return L1Controller(gains, bounds)
     assert controller.inner_pid is not None
     return PidController(_pid_gains(controller.inner_pid))
 

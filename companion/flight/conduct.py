@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from companion.config.resolve import FlightConfig
 from companion.control.qp.port import QpSolverFactory
-from companion.flight.assemble import make_stack, supervisor_limits
+from companion.flight.assemble import supervisor_limits
 from companion.flight.check.inspector import Inspector
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.experiment import Experiment, ExperimentFlight
@@ -22,6 +22,7 @@ from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
 from companion.flight.setpoints.control_loop import ControlLoop
 from companion.flight.setpoints.setpoint_stream import SetpointStream
+from companion.flight.setpoints.stack_runner import Change
 from companion.flight.setpoints.timing import (
     Percentiles,
     Punctuality,
@@ -29,6 +30,7 @@ from companion.flight.setpoints.timing import (
     percentiles_ms,
 )
 from companion.flight.shared_link.sharing import shared_link, watch_link
+from companion.flight.stacks import make_stacks
 from companion.flight.stages.authority import Authority
 from companion.flight.stages.crew import Flight, FlightScope
 from companion.flight.stages.mission_backend import make_backend
@@ -70,6 +72,10 @@ class Outcome:
     """Not read because of their signatures, by the reason; None without a key."""
     autopilot: str | None = None
     """Whose dialect was spoken: `px4`, `ardupilot`; None if none was heard."""
+    changes: tuple[Change, ...] = ()
+    """Hand-overs between controllers, planned or not, and what the monitor warned of."""
+    monitor_worst: Mapping[str, float] | None = None
+    """The largest of each of the monitor's gauges, 1 being the bound; None if it saw nothing."""
 
 
 async def conduct(
@@ -115,7 +121,7 @@ async def conduct(
     connection = Connection(link, log, signing, system_id=config.mission.link.system_id)
     voice = Voice(observer, log, connection.say)
     control = ControlLoop(
-        make_stack(config.controller, config.vehicle, config.mission, make_solver),
+        make_stacks(config, make_solver),
         supervisor_limits(config.mission),
     )
 
@@ -128,10 +134,8 @@ async def conduct(
         if trial is not None:
             trial.adopt(thrust)
             return
-        stack = make_stack(
-            config.controller, config.vehicle, config.mission, make_solver, thrust=thrust
-        )
-        control.adopt(stack, supervisor_limits(config.mission))
+        stacks = make_stacks(config, make_solver, thrust=thrust)
+        control.adopt(stacks, supervisor_limits(config.mission))
 
     punctuality = Punctuality(period_s=1.0 / config.mission.state_rate_hz)
     stream = SetpointStream(connection, control, log, voice, punctuality)
@@ -212,6 +216,8 @@ async def conduct(
             else None
         ),
         autopilot=connection.dialect.name if connection.dialect_known else None,
+        changes=tuple(stream.changes),
+        monitor_worst=stream.monitor_worst,
     )
 
 

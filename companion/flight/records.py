@@ -11,6 +11,7 @@ from companion.control.mpc import MpcRecord
 from companion.control.pid import PidTerms
 from companion.control.reference_model import Array
 from companion.flight.setpoints.control_loop import Output
+from companion.flight.setpoints.stack_runner import Watch
 from companion.recording.schema import ChannelSpec, Field
 from companion.vehicle_state import VehicleState
 
@@ -48,6 +49,15 @@ CONTROL = ChannelSpec(
         Field("projecting", "boolean", "the projection held the estimate back"),
         Field("roll_rad", description="commanded, FLU"),
         Field("pitch_rad", description="commanded, FLU: positive is nose down"),
+        Field("controller", "string", "that flew the tick; empty while holding"),
+        Field("monitor", "string", "nominal, reduced, robust; failed; empty where nobody watches"),
+        Field("y_tilde_bound_m_s", "array", "of |y_tilde|, by the controller"),
+        Field("sigma_bound", "array", "of the projection"),
+        Field("y_tilde_gauge", description="rms of y_tilde over its bound"),
+        Field("sigma_gauge", description="mean of |sigma_hat| over its bound"),
+        Field("slew_gauge", description="rms rate of the commanded tilt over its bound"),
+        Field("slew_bound_rad_s", description="that bound: it follows the trajectory"),
+        Field("delay_gauge", description="loop delay beyond the stated one, over its bound"),
         Field("segment", "string", "part of an experiment; empty in an ordinary flight"),
     ),
     "one record for each sample of the state while setpoints flow, and for each step taken in "
@@ -130,6 +140,7 @@ def control_record(
         "thrust": output.thrust,
     }
     record.update(_NO_STACK if output.stack is None else _stack_fields(output.stack))
+    record.update(_NO_WATCH if output.watch is None else _watch_fields(output.watch))
     return record
 
 
@@ -160,7 +171,24 @@ def silence_record(autopilot_time_s: float, now_s: float, output: Output) -> dic
         "rate_setpoint_flu_rad_s": output.rate_flu_rad_s or _NO_VECTOR,
         "thrust": output.thrust,
         **_NO_STACK,
+        **_NO_WATCH,
     }
+
+
+def _watch_fields(watch: Watch) -> dict[str, Any]:
+    y_tilde, sigma, slew, delay = watch.gauges
+    return {
+        "controller": watch.controller,
+        "monitor": watch.monitor,
+        "y_tilde_gauge": y_tilde,
+        "sigma_gauge": sigma,
+        "slew_gauge": slew,
+        "slew_bound_rad_s": watch.slew_bound_rad_s,
+        "delay_gauge": delay,
+    }
+
+
+_NO_WATCH = _watch_fields(Watch("", ""))
 
 
 def _stack_fields(stack: StackRecord) -> dict[str, Any]:
@@ -172,6 +200,8 @@ def _stack_fields(stack: StackRecord) -> dict[str, Any]:
         "applied_u": stack.applied_u.tolist(),
         "y_tilde_m_s": stack.inner.y_tilde_m_s.tolist(),
         "sigma_hat": stack.inner.sigma_hat.tolist(),
+        "y_tilde_bound_m_s": stack.inner.y_tilde_bound_m_s.tolist(),
+        "sigma_bound": stack.inner.sigma_bound.tolist(),
         "projecting": stack.inner.projecting,
         "roll_rad": stack.roll_rad,
         "pitch_rad": stack.pitch_rad,
@@ -187,6 +217,8 @@ _NO_STACK: dict[str, Any] = {
     "applied_u": _NO_VECTOR,
     "y_tilde_m_s": _NO_VECTOR,
     "sigma_hat": _NO_VECTOR,
+    "y_tilde_bound_m_s": _NO_VECTOR,
+    "sigma_bound": _NO_VECTOR,
     "projecting": False,
     "roll_rad": math.nan,
     "pitch_rad": math.nan,

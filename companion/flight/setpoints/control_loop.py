@@ -4,15 +4,15 @@ Pure but for its memory: no clock is read, no byte is sent.  Who calls it carrie
 records what it is given, so that a flight can be repeated from its log.
 """
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from companion.control.frameworks import Command, Stack, StackMemory, StackRecord, Tick
+from companion.control.frameworks import Command, Stack, StackRecord, Tick
 from companion.control.mpc import MpcRecord, MpcStatus
 from companion.control.reference_model import Array
 from companion.flight.setpoints.body_rates import BodyRates
+from companion.flight.setpoints.stack_runner import StackRunner, UnsoundCommandError, Watch
 from companion.flight.setpoints.supervisor import (
     RESTARTING,
     Facts,
@@ -22,6 +22,7 @@ from companion.flight.setpoints.supervisor import (
     judge,
 )
 from companion.flight.setpoints.timeline import Timeline
+from companion.flight.stacks import Stacks, only
 from companion.frames import Quaternion, Vector3, quaternion_from_euler, tilt_cosine, yaw_of
 from companion.vehicle_state import VehicleState
 
@@ -47,6 +48,8 @@ class Output:
     """Name of the fallback in use, empty for none."""
     rate_flu_rad_s: Vector3 | None = None
     """Body rates towards that attitude, to be sent in its place; None where attitudes are sent."""
+    watch: Watch | None = None
+    """Who flew the tick, and what the monitor made of it; None while holding."""
 
 
 class ControlLoop:
@@ -56,10 +59,9 @@ class ControlLoop:
     autopilot waits for a stream before it changes the mode.
     """
 
-    def __init__(self, stack: Stack, limits: SupervisorLimits) -> None:
-        self.adopt(stack, limits)
+    def __init__(self, stacks: Stacks | Stack, limits: SupervisorLimits) -> None:
+        self.adopt(stacks, limits)
         self._supervisor = SupervisorMemory()
-        self._memory: StackMemory | None = None
         self._timeline: Timeline | None = None
         self._desired_yaw_rad = 0.0
         self._newest: VehicleState | None = None
@@ -67,15 +69,15 @@ class ControlLoop:
         self.idle = False
         """While holding: no thrust.  For collective thrust, before take-off."""
 
-    def adopt(self, stack: Stack, limits: SupervisorLimits) -> None:
-        """Fly with another stack and other limits from now on; only while holding.
+    def adopt(self, stacks: Stacks | Stack, limits: SupervisorLimits) -> None:
+        """Fly with other stacks and other limits from now on; only while holding.
 
         What a stack must be made of is known for certain only once the autopilot has been asked.
         """
-        self._made_stack, self._made_limits = stack, limits
-        self._stack, self._limits = stack, limits
-        self._thrust_memory = stack.thrust.start(0.0)
-        gains = stack.attitude_loop
+        stacks = stacks if isinstance(stacks, Stacks) else only(stacks)
+        self._made_limits = self._limits = limits
+        self._runner = StackRunner(stacks)
+        gains = stacks.ladder[0].stack.attitude_loop
         self._body_rates = None if gains is None else BodyRates(gains)
 
     @property
@@ -106,16 +108,15 @@ class ControlLoop:
             desired_yaw_rad: ENU.
             anchor_enu_m: what the geofence lies about.
         """
-        self._stack = self._made_stack.about(anchor_enu_m)
+        self._runner.engage(anchor_enu_m)
         self._limits = self._made_limits.about(anchor_enu_m)
         self._timeline = timeline
         self._desired_yaw_rad = desired_yaw_rad
-        self._memory = None
 
     def release(self) -> None:
         """Back to holding, with a clean ladder."""
         self._timeline = None
-        self._memory = None
+        self._runner.forget()
         self._newest = None
         self._supervisor = SupervisorMemory()
         self._plan_status = "closed_form"
@@ -154,7 +155,7 @@ class ControlLoop:
         if self._newest is None or state_age_s <= self._limits.state_age_limit_s:
             return None
         self._judge(now_s, state_age_s, why)
-        self._memory = None
+        self._runner.forget()
         if self.rung is Rung.HAND_OVER:
             return Output(self.rung, self._supervisor.reason, None, 0.0, None, "hand over")
         attitude, field = self._hold(self._newest, 0.0)
@@ -177,50 +178,54 @@ class ControlLoop:
         """Attitude and thrust for a sample, or that nothing is sent."""
         command: Command | None = None
         record: StackRecord | None = None
+        watch: Watch | None = None
         problem = ""
         if self._timeline is not None and self.rung is not Rung.HAND_OVER:
-            command, record, problem = self._control(self._timeline, state, loop_delay_s)
+            command, record, watch, problem = self._control(self._timeline, state, loop_delay_s)
         self._judge(state.time_s, 0.0, problem)
+        reason = self._supervisor.reason
         if self.rung is Rung.HAND_OVER:
-            return Output(self.rung, self._supervisor.reason, None, 0.0, record, "hand over")
+            return Output(self.rung, reason, None, 0.0, record, "hand over", watch=watch)
         if command is None:
             fallback = "level" if self.rung is Rung.LEVEL else ""
             attitude, field = self._hold(state, state.velocity_enu_m_s[2])
-            return Output(self.rung, self._supervisor.reason, attitude, field, record, fallback)
+            return Output(self.rung, reason, attitude, field, record, fallback, watch=watch)
         fallback = _FALLBACKS.get(self._plan_status, "")
         attitude = command.attitude_flu_to_enu
-        return Output(self.rung, "", attitude, command.thrust, record, fallback)
+        return Output(self.rung, "", attitude, command.thrust, record, fallback, watch=watch)
 
     def _control(
         self, timeline: Timeline, state: VehicleState, loop_delay_s: float
-    ) -> tuple[Command | None, StackRecord | None, str]:
+    ) -> tuple[Command | None, StackRecord | None, Watch, str]:
         """Run the controller; the text says what is wrong with its command, empty if nothing.
 
         Whatever goes wrong in there must end on the ladder, not in a dead stream.
         """
-        memory, self._memory = self._memory, None
-        if memory is not None and state.time_s - memory.sample_s > self._limits.state_age_limit_s:
-            memory = None  # what the laws remember is of another time
+        runner = self._runner
+        flown_s = runner.flown_s()
+        if flown_s is not None and state.time_s - flown_s > self._limits.state_age_limit_s:
+            runner.forget()  # what the laws remember is of another time
         breach = self._limits.breach(state.position_enu_m)
         if breach:
-            return None, None, breach
+            runner.forget()
+            return None, None, runner.watch(), breach
+        flies = runner.present
         try:
-            if memory is None:
-                self._memory = self._stack.start(state, self._thrust_memory)
-                return None, None, RESTARTING if self.rung is Rung.LEVEL else ""
             track_s = state.time_s - timeline.scored_s[0]
             tick = Tick(state, loop_delay_s, self._desired_yaw_rad, track_s)
-            advanced, command, record = self._stack.step(memory, tick, timeline.position)
+            command, record, watch = runner.step(tick, timeline.position)
+        except UnsoundCommandError as error:
+            return None, error.record, runner.watch(), str(error)
         except Exception as error:
-            return None, None, f"the controller failed ({type(error).__name__}: {error})"
+            text = f"the controller failed ({type(error).__name__}: {error})"
+            return None, None, runner.watch(), text
+        if runner.present is not flies:
+            self._plan_status = "closed_form"  # of a plan that nobody flies any more
+        if command is None or record is None:
+            return None, None, watch, RESTARTING if self.rung is Rung.LEVEL else ""
         if isinstance(record.outer, MpcRecord):
             self._plan_status = record.outer.status
-        finite = all(math.isfinite(c) for c in (*command.attitude_flu_to_enu, command.thrust))
-        if not finite or not 0.0 <= command.thrust <= 1.0:
-            return None, record, "the controller's command is not finite or out of bounds"
-        self._memory = advanced
-        self._thrust_memory = advanced.thrust
-        return command, record, ""
+        return command, record, watch, ""
 
     def _judge(self, now_s: float, state_age_s: float, problem: str) -> None:
         solved = self._plan_status not in _FALLBACKS
@@ -233,6 +238,6 @@ class ControlLoop:
         A climb rate that is not known any more is given as 0: hover thrust.
         """
         cosine = tilt_cosine(state.attitude_flu_to_enu)
-        field = self._stack.thrust.hold(self._thrust_memory, climb_rate_m_s, cosine)
+        field = self._runner.hold(climb_rate_m_s, cosine)
         field = 0.0 if self.idle else field
         return quaternion_from_euler(0.0, 0.0, yaw_of(state.attitude_flu_to_enu)), field

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from companion.control.monitor import NO_GAUGES
 from companion.control.mpc import MpcRecord
 from companion.flight.observer import TickView
 from companion.flight.records import (
@@ -21,6 +22,7 @@ from companion.flight.records import (
 )
 from companion.flight.setpoints.announcer import Announcer, Condition
 from companion.flight.setpoints.control_loop import ControlLoop, Output
+from companion.flight.setpoints.stack_runner import Change, Watch
 from companion.flight.setpoints.supervisor import Rung
 from companion.flight.setpoints.timing import Punctuality
 from companion.flight.stages.handing_over import HandingOver
@@ -69,6 +71,9 @@ class SetpointStream:
         self.plans = 0
         self.plans_at_r_max = 0
         """Plans at which the bound on the second difference of r was active."""
+        self.changes: list[Change] = []
+        """Hand-overs between controllers, and what the monitor warned of."""
+        self._worst = NO_GAUGES
         self._connection = connection
         self._log = log
         self._voice = voice
@@ -81,6 +86,12 @@ class SetpointStream:
         self._sent_s: float | None = None
         """When the last setpoint went out; None if none has since the start."""
         connection.samples.on_sample = self._on_state
+
+    @property
+    def monitor_worst(self) -> dict[str, float] | None:
+        """The largest of each of the monitor's gauges; None if none had anything to say."""
+        known = {name: value for name, value in self._worst._asdict().items() if value >= 0.0}
+        return known or None
 
     def start(self, *, idle: bool = False) -> None:
         """Begin to stream, holding; a clean ladder.
@@ -237,6 +248,8 @@ class SetpointStream:
             self._connection.send(message)
             self._sent_s = asyncio.get_running_loop().time()
             sent = True
+        if output.watch is not None:
+            self._tell_changes(output.watch)
         if output.fallback:
             self.fallbacks += 1
         condition = Condition(output.rung, output.fallback, output.reason)
@@ -248,6 +261,16 @@ class SetpointStream:
         elif self.running:
             self._connection.health.active(troubled=condition.depth > 0)
         return sent
+
+    def _tell_changes(self, watch: Watch) -> None:
+        """Tell who flies now, and why."""
+        self._worst = self._worst.largest(watch.gauges)
+        for change in watch.changes:
+            self.changes.append(change)
+            if change.cause == "switch" and change.handed_over:
+                self._voice.phase("switch", change.text)
+            else:
+                self._voice.tell("warning", change.text)
 
     def _stood_still(self) -> bool:
         """Give up if the stream has paused for so long that a failsafe may have acted unseen.

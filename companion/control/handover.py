@@ -1,0 +1,126 @@
+"""Relieving one controller by another in flight, without a bump.
+
+The new controller starts from the state and from what the old one had commanded
+(`Stack.start`).  What is left of a difference between the two commands is added to the new one's
+and fades out: at the hand-over itself exactly the old command is repeated.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from companion.control import tilt
+from companion.control.frameworks import Command, StackRecord
+from companion.control.interfaces import AdaptationMean
+from companion.control.reference_model import Array
+from companion.frames import Vector3, euler_from_quaternion, quaternion_from_euler
+
+FADE_S = 0.5
+"""What a hand-over leaves of a difference is gone after this."""
+_MEAN_S = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Fade:
+    """A difference of commands that goes away."""
+
+    begun_s: float
+    """Autopilot's time of the hand-over."""
+    roll_rad: float
+    """The old command's minus the new one's."""
+    pitch_rad: float
+    yaw_rad: float
+    thrust: float
+
+    def over(self, time_s: float) -> bool:
+        """True if nothing is left of it."""
+        return time_s - self.begun_s >= FADE_S
+
+
+def fade_between(old: Command, new: Command, time_s: float) -> Fade:
+    """The fade from an old command to a new one that begins at a time."""
+    before = euler_from_quaternion(old.attitude_flu_to_enu)
+    after = euler_from_quaternion(new.attitude_flu_to_enu)
+    turned = math.remainder(before[2] - after[2], 2.0 * math.pi)
+    return Fade(time_s, before[0] - after[0], before[1] - after[1], turned, old.thrust - new.thrust)
+
+
+def faded(
+    fade: Fade, new: Command, time_s: float, tilt_limit_rad: float
+) -> tuple[Command, float, float]:
+    """A new command with what is left of the fade, within the vehicle's limit of tilt.
+
+    Returns:
+        The command, and its roll and pitch, rad.
+    """
+    left = _left(time_s - fade.begun_s)
+    roll, pitch, yaw_rad = euler_from_quaternion(new.attitude_flu_to_enu)
+    yaw_rad += left * fade.yaw_rad
+    u_x, u_y = tilt.limit_tilt(
+        *tilt.u_from_roll_pitch(roll + left * fade.roll_rad, pitch + left * fade.pitch_rad, 0.0),
+        tilt_limit_rad,
+    )
+    roll, pitch = tilt.roll_pitch_from_u(u_x, u_y, 0.0)
+    # Between what the two asked for, however far the new one has come: within the limits of both.
+    old_thrust = new.thrust + fade.thrust
+    low, high = min(new.thrust, old_thrust), max(new.thrust, old_thrust)
+    thrust = max(0.0, min(1.0, max(low, min(high, new.thrust + left * fade.thrust))))
+    return Command(quaternion_from_euler(roll, pitch, yaw_rad), thrust), roll, pitch
+
+
+def _left(passed_s: float) -> float:
+    """From 1 to 0 over the fade, with no corner at either end."""
+    share = max(0.0, min(1.0, passed_s / FADE_S))
+    return 1.0 - share * share * (3.0 - 2.0 * share)
+
+
+def applied_u(command: Command, record: StackRecord, *, same_kind: bool) -> Array:
+    """The u (3,) of a command, for the controller that relieves the one that made it.
+
+    Args:
+        command: that was sent last.
+        record: of it.
+        same_kind: both controllers mean the same by u_z; else it is NaN: not known.
+    """
+    roll, pitch, yaw_rad = euler_from_quaternion(command.attitude_flu_to_enu)
+    u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_rad)
+    return np.array([u_x, u_y, float(record.applied_u[2]) if same_kind else math.nan])
+
+
+def mean_step(
+    before: AdaptationMean | None, record: StackRecord, velocity_m_s: Vector3, dt_s: float
+) -> AdaptationMean | None:
+    """The mean with a tick more; as it was where the controller has no adaptation.
+
+    Args:
+        before: of the tick before; None at the first.
+        record: of the tick.
+        velocity_m_s: measured.
+        dt_s: since the tick before.
+    """
+    sigma = _triple(record.inner.sigma_hat)
+    if not all(math.isfinite(value) for value in sigma):
+        return before
+    u = _triple(record.applied_u)
+    if before is None:
+        return AdaptationMean(u, sigma, velocity_m_s)
+    known_s = before.known_s + dt_s
+    # A plain mean at first, then one that forgets.
+    share = 1.0 - math.exp(-dt_s / min(_MEAN_S, known_s)) if known_s > 0.0 else 1.0
+    return replace(
+        before,
+        u=_moved(before.u, u, share),
+        sigma_hat=_moved(before.sigma_hat, sigma, share),
+        velocity_m_s=_moved(before.velocity_m_s, velocity_m_s, share),
+        known_s=known_s,
+    )
+
+
+def _triple(values: Array) -> Vector3:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _moved(before: tuple[float, ...], new: Vector3, share: float) -> tuple[float, ...]:
+    return tuple(old + share * (x - old) for old, x in zip(before, new, strict=True))
