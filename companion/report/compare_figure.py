@@ -15,8 +15,13 @@ _COLOURS = ("#7f8c8d", "#1f6fb4", "#e08214", "#5aae61", "#9970ab", "#35978f")
 """The first controller, to which all are compared, is grey."""
 _TROUBLE = "#c0392b"
 _MM = 1e3
+_WIDE_IN, _DPI = 10.0, 100
 _ROW_HEIGHT_IN = 0.34
-_WORTH_TELLING = 1.15
+_WORTH_TELLING = 1.2
+_RIGHT, _BETWEEN_PANELS = 0.985, 0.06
+_LABEL_PX = 100.0
+"""Room for the text beside the rightmost point."""
+_NARROW_DECADE_PX = 110.0
 
 Axes = Any
 """matplotlib's; it is imported only when something is drawn."""
@@ -36,16 +41,16 @@ def draw_comparison(comparison: Comparison, path: Path) -> None:
     rows = _rows(comparison)
     panels = comparison.winds if len(comparison.perturbations) > 1 else (None,)
     share = max(1.0, 0.55 * len(comparison.controllers))
-    height = 1.75 + _ROW_HEIGHT_IN * share * len(rows)
-    figure = Figure(figsize=(10.0, height))
+    height = 1.85 + _ROW_HEIGHT_IN * share * len(rows)
+    figure = Figure(figsize=(_WIDE_IN, height))
     figure.suptitle(
         _title(comparison), fontsize=13, x=0.015, y=1.0 - 0.12 / height, ha="left", va="top"
     )
     grid = figure.add_gridspec(
-        1, len(panels), left=_left(rows), right=0.985,
-        bottom=0.72 / height, top=1.0 - 0.95 / height, wspace=0.06,
+        1, len(panels), left=_left(rows), right=_RIGHT,
+        bottom=0.85 / height, top=1.0 - 0.95 / height, wspace=_BETWEEN_PANELS,
     )  # fmt: skip
-    limits = _limits(comparison)
+    limits = _limits(comparison, _panel_px(rows, len(panels)))
     first: Axes = None
     for k, wind in enumerate(panels):
         axes = figure.add_subplot(grid[0, k], sharey=first)
@@ -58,7 +63,7 @@ def draw_comparison(comparison: Comparison, path: Path) -> None:
     figure.text(
         0.015, 0.1 / height, _explanation(comparison), fontsize=8, color="#555555", va="bottom"
     )
-    figure.savefig(path, dpi=100)
+    figure.savefig(path, dpi=_DPI)
 
 
 def _rows(comparison: Comparison) -> list[tuple[str, str]]:
@@ -99,12 +104,27 @@ def _left(rows: list[tuple[str, str]]) -> float:
     return 0.03 + 0.0073 * max(len(text) for _, text in rows)
 
 
-def _limits(comparison: Comparison) -> tuple[float, float]:
-    """Of the axis, mm; the last part of it is for lost flights."""
+def _panel_px(rows: list[tuple[str, str]], panels: int) -> float:
+    """Width of a panel."""
+    whole = (_RIGHT - _left(rows)) * _WIDE_IN * _DPI
+    return whole / (panels + _BETWEEN_PANELS * (panels - 1))
+
+
+def _limits(comparison: Comparison, panel_px: float) -> tuple[float, float]:
+    """Of the axis, mm; with room for the text beside the rightmost point, and for lost flights."""
     known = [c.mean_error_m * _MM for c in comparison.cells if not c.lost and c.mean_error_m > 0.0]
     low, high = (min(known), max(known)) if known else (1.0, 10.0)
     span = math.log10(high / low) + 0.15
-    return low / 10.0 ** (0.06 * span), high * 10.0 ** (0.34 * span)
+    low_share, high_share = 12.0 / panel_px, _LABEL_PX / panel_px
+    whole = span / (1.0 - low_share - high_share)
+    return low / 10.0 ** (low_share * whole), high * 10.0 ** (high_share * whole + 0.15)
+
+
+def _ticks(limits: tuple[float, float], panel_px: float) -> list[float]:
+    decade_px = panel_px / math.log10(limits[1] / limits[0])
+    steps = (1, 2, 5) if decade_px > _NARROW_DECADE_PX else (1, 3)
+    ticks = [m * 10.0**e for e in range(-2, 6) for m in steps]
+    return [tick for tick in ticks if limits[0] <= tick <= limits[1]]
 
 
 def _prepare(
@@ -115,18 +135,19 @@ def _prepare(
     *,
     labelled: bool,
 ) -> None:
-    from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, ScalarFormatter
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLocator
 
     axes.set_xscale("log")
     axes.set_xlim(*limits)
-    ticks = [m * 10.0**e for e in range(-1, 6) for m in (1, 2, 5)]
-    axes.xaxis.set_major_locator(FixedLocator([t for t in ticks if limits[0] <= t <= limits[1]]))
-    axes.xaxis.set_major_formatter(ScalarFormatter())
+    panels = len(comparison.winds) if len(comparison.perturbations) > 1 else 1
+    axes.xaxis.set_major_locator(FixedLocator(_ticks(limits, _panel_px(rows, panels))))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("mm", fontsize=9)
     axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_yticks(range(len(rows)), [text for _, text in rows] if labelled else [""] * len(rows))
+    if labelled:
+        axes.set_yticks(range(len(rows)), [text for _, text in rows])
     axes.tick_params(axis="y", labelsize=10, length=0, labelleft=labelled)
     axes.tick_params(axis="x", labelsize=9)
     axes.grid(axis="x", alpha=0.35, lw=0.6)

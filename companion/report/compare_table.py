@@ -7,7 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from companion.report.compare_results import NOMINAL, Cell, Comparison
+from companion.report.compare_results import NOMINAL, Cell, Comparison, ratio
 
 _MM = 1e3
 
@@ -60,7 +60,7 @@ def _row(comparison: Comparison, cell: Cell, *, first: bool) -> list[RenderableT
         row.append("" if first else _times(comparison.to_first(cell)))
     if perturbed:
         row.append(_to_nominal(comparison, cell))
-    row += [_number(cell.tilt_slew_rms_g_s, 2), _mm(cell.peak_height_error_m, 0)]
+    row += [_slew(comparison, cell, first=first), _mm(cell.peak_height_error_m, 0)]
     row.append(_outcome(cell))
     return row
 
@@ -70,6 +70,14 @@ def _mean(cell: Cell) -> Text:
         return Text("–")
     spread = "" if math.isnan(cell.spread_m) else f" ± {cell.spread_m * _MM:.1f}"
     return Text(f"{cell.mean_error_m * _MM:.1f}{spread}", style="bold")
+
+
+def _slew(comparison: Comparison, cell: Cell, *, first: bool) -> str:
+    """Rate of the tilt command, and over the first controller's."""
+    text = _number(cell.tilt_slew_rms_g_s, 2)
+    reference = comparison.cell(comparison.controllers[0], cell.wind, cell.perturbation)
+    times = ratio(cell.tilt_slew_rms_g_s, reference.tilt_slew_rms_g_s)
+    return text if first or not math.isfinite(times) else f"{text} ({times:.1f} ×)"
 
 
 def _to_nominal(comparison: Comparison, cell: Cell) -> RenderableType:
