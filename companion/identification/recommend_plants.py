@@ -1,0 +1,120 @@
+"""The plants that recommended gains must do well on: a vehicle's axis, and what it may be instead.
+
+An identified vehicle is flown with another battery, in other air, with another payload, and its
+identification has an error of its own.  So gains are judged on a family of plants about the
+identified one: more and less lag, more delay than anybody knows of, more and less gain, more drag
+and a gust.
+"""
+
+from dataclasses import dataclass, replace
+
+from companion.config.models import DynamicsConfig, ResponseConfig
+from companion.theory.plant import AxisPlant, axis_plants, second_order
+
+MORE_DELAY_S = 0.020
+GAIN_SHARE = 0.15
+LAG_FACTOR = 1.25
+"""On the time constants: a quarter more lag, or a fifth less."""
+STABLE_DELAY_S = 0.030
+"""With this much more delay a loop must still be stable, however badly it flies."""
+GAMMA_SHARE = 0.8
+"""Of Γ, with which the loop must still be stable: Γ is a quarter or more above its lower bound."""
+GUST_M_S2 = 1.2
+"""Peak of the acceleration by gusts, as in the jet of a fan."""
+GUST_M_S = 0.2
+"""Peak of what gusts add to the climb rate, the loop below at rest."""
+
+TYPICAL_CLIMB_RATE_LOOP = ResponseConfig(natural_frequency_rad_s=3.75, damping=0.605, delay_s=0.075)
+"""ArduCopter's own climb-rate loop with its default gains, fitted to a step of 0.5 m/s (10 % after
+209 ms, 63 % after 509 ms, 10 % of overshoot)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A plant of the family, and what it counts for."""
+
+    name: str
+    plant: AxisPlant
+    push: tuple[float, ...]
+    """Numerator, over the plant's denominator, through which a disturbance comes to the velocity:
+    an acceleration for x and y, and for z what adds to the climb-rate command."""
+    weight: float
+    """Of its tracking error; 0: it must be stable, and no more."""
+    gain: float = 1.0
+    more_delay_s: float = 0.0
+    """Delay on top of the plant's own, of which the controller does not know."""
+    gust: float = 0.0
+    """Peak of gusts that come by, in the unit of what they add to."""
+    bounded: bool = False
+    """An error much larger than the nominal plant's counts many times."""
+    gamma_share: float = 1.0
+    """Of the candidate's Γ: below its least stable value the estimate lags too far behind."""
+    held: bool = False
+    """The position reference rests, as under a fallback; there is no MPC."""
+
+
+def horizontal_family(dynamics: DynamicsConfig) -> tuple[Member, ...]:
+    """The plants of x or y, the nominal one first."""
+    gain = dynamics.tilt_gain
+    nominal = _horizontal("nominal", dynamics, 4.0)
+    return (
+        nominal,
+        _horizontal("lag +25 %", dynamics, 1.2, lag=LAG_FACTOR),
+        _horizontal("lag -20 %", dynamics, 0.5, lag=1.0 / LAG_FACTOR),
+        replace(nominal, name="delay +20 ms", weight=1.0, more_delay_s=MORE_DELAY_S, bounded=True),
+        replace(nominal, name="gain +15 %", weight=0.5, gain=gain * (1 + GAIN_SHARE), bounded=True),
+        replace(nominal, name="gain -15 %", weight=0.5, gain=gain * (1 - GAIN_SHARE), bounded=True),
+        _horizontal("drag × 2", dynamics, 0.3, drag=2.0),
+        replace(nominal, name="gusts", weight=2.0, gust=GUST_M_S2),
+        *_only_stable(nominal),
+    )
+
+
+def vertical_family(climb: ResponseConfig, loop_delay_s: float) -> tuple[Member, ...]:
+    """The plants of z over a climb loop, the companion's or an autopilot's; nominal first."""
+    nominal = _vertical("nominal", climb, loop_delay_s, 4.0)
+    return (
+        nominal,
+        _vertical("lag +25 %", climb, loop_delay_s, 1.2, LAG_FACTOR),
+        _vertical("lag -20 %", climb, loop_delay_s, 0.5, 1.0 / LAG_FACTOR),
+        replace(nominal, name="delay +20 ms", weight=1.0, more_delay_s=MORE_DELAY_S, bounded=True),
+        replace(nominal, name="gain +15 %", weight=0.5, gain=1 + GAIN_SHARE, bounded=True),
+        replace(nominal, name="gain -15 %", weight=0.5, gain=1 - GAIN_SHARE, bounded=True),
+        replace(nominal, name="gusts", weight=2.0, gust=GUST_M_S),
+        *_only_stable(nominal),
+    )
+
+
+def _only_stable(nominal: Member) -> tuple[Member, ...]:
+    """Loops of which nothing is asked but to be stable."""
+    bare = replace(nominal, weight=0.0)
+    return (
+        replace(bare, name=f"delay +{STABLE_DELAY_S * 1e3:.0f} ms", more_delay_s=STABLE_DELAY_S),
+        replace(bare, name="less Γ", gamma_share=GAMMA_SHARE),
+        replace(bare, name="less Γ, reference held", gamma_share=GAMMA_SHARE, held=True),
+    )
+
+
+def _horizontal(
+    name: str, dynamics: DynamicsConfig, weight: float, lag: float = 1.0, drag: float = 1.0
+) -> Member:
+    attitude = _slower(dynamics.attitude, lag)
+    drag_1_s = dynamics.linear_drag_1_s * drag
+    changed = dynamics.model_copy(update={"attitude": attitude, "linear_drag_1_s": drag_1_s})
+    push = second_order(attitude).denominator
+    bounded = lag != 1.0 or drag != 1.0
+    return Member(name, axis_plants(changed)[0], push, weight, dynamics.tilt_gain, bounded=bounded)
+
+
+def _vertical(
+    name: str, climb: ResponseConfig, loop_delay_s: float, weight: float, lag: float = 1.0
+) -> Member:
+    answer = second_order(_slower(climb, lag))
+    plant = AxisPlant(answer, loop_delay_s + climb.delay_s)
+    return Member(name, plant, answer.numerator, weight, bounded=lag != 1.0)
+
+
+def _slower(response: ResponseConfig, lag: float) -> ResponseConfig:
+    return response.model_copy(
+        update={"natural_frequency_rad_s": response.natural_frequency_rad_s / lag}
+    )
