@@ -67,12 +67,14 @@ def contenders(texts: Sequence[str], vehicle: str) -> tuple[Contender, ...]:
     short = [contender.label for contender in found]
     told = tuple(
         contender
-        if short.count(contender.label) == 1
+        if "=" in text or short.count(contender.label) == 1
         else Contender(text, contender.controller, contender.vehicle)
         for contender, text in zip(found, texts, strict=True)
     )
     if len({contender.label for contender in told}) < len(told):
-        raise ConfigError("the same controller is given twice. Leave one out, or label it: B=NAME.")
+        raise ConfigError(
+            "a controller, or a label, is given twice. Leave one out, or label it: B=NAME."
+        )
     return told
 
 
@@ -147,8 +149,13 @@ def evaluate(
         against: "truth" or "reported".
     """
     by_task = {summary.task: summary for summary in summaries.values()}
+
+    def summary_of(task: FlightTask) -> Summary:
+        # Two contenders whose files have the same content share their flights.
+        return by_task.get(task) or summaries[task.key]
+
     return tuple(
-        make_cell(*place, [_flown(by_task[task], against) for task in tasks])
+        make_cell(*place, [_flown(summary_of(task), against) for task in tasks])
         for place, tasks in planned.items()
     )
 

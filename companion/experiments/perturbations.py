@@ -60,7 +60,7 @@ PERTURBATIONS = {
         Perturbation("delay+40ms", "delay + 40 ms", (delayed(0.040),), bearable=_HARD),
         Perturbation(
             "combo",
-            "lag + 25 %, delay + 20 ms, drag × 2",
+            "lag + 25 %, + 20 ms, drag × 2",
             (attitude_lag(1.25), delayed(0.020), *_drag(2.0)),
             bearable=_HARD,
         ),

@@ -50,12 +50,14 @@ def draw_comparison(comparison: Comparison, path: Path) -> None:
         1, len(panels), left=_left(rows), right=_RIGHT,
         bottom=0.85 / height, top=1.0 - 0.95 / height, wspace=_BETWEEN_PANELS,
     )  # fmt: skip
-    limits = _limits(comparison, _panel_px(rows, len(panels)))
+    panel_px = _panel_px(rows, len(panels))
+    limits = _limits(comparison, panel_px)
     first: Axes = None
     for k, wind in enumerate(panels):
         axes = figure.add_subplot(grid[0, k], sharey=first)
         first = first or axes
         _prepare(axes, comparison, rows, limits, labelled=k == 0)
+        _scale(axes, limits, panel_px)
         axes.set_title("" if wind is None else wind, fontsize=11, loc="left", fontweight="bold")
         for index, controller in enumerate(comparison.controllers):
             _draw_controller(axes, comparison, controller, index, wind, rows, limits)
@@ -93,9 +95,11 @@ def _explanation(comparison: Comparison) -> str:
     against = "true" if comparison.against == "truth" else "reported"
     text = f"Error of the {against} position. ✕: flights lost."
     if len(comparison.perturbations) > 1:
+        allowed = sorted({p.bearable for p in comparison.perturbations if p.name != NOMINAL})
+        told = f"{allowed[0]:g}" + "".join(f", {a:g} in the rows below" for a in allowed[1:])
         text = (
             "A line begins at the controller's own error on the nominal vehicle; the factor is to "
-            f"that, red where it is more than the row allows.\n{text}"
+            f"that, red where it is more than {told}.\n{text}"
         )
     return text
 
@@ -120,11 +124,22 @@ def _limits(comparison: Comparison, panel_px: float) -> tuple[float, float]:
     return low / 10.0 ** (low_share * whole), high * 10.0 ** (high_share * whole + 0.15)
 
 
-def _ticks(limits: tuple[float, float], panel_px: float) -> list[float]:
+def _scale(axes: Axes, limits: tuple[float, float], panel_px: float) -> None:
+    """A logarithmic axis with ticks as far as there are points."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLocator
+
+    axes.set_xscale("log")
+    axes.set_xlim(*limits)
     decade_px = panel_px / math.log10(limits[1] / limits[0])
     steps = (1, 2, 5) if decade_px > _NARROW_DECADE_PX else (1, 3)
     ticks = [m * 10.0**e for e in range(-2, 6) for m in steps]
-    return [tick for tick in ticks if limits[0] <= tick <= limits[1]]
+    highest = limits[1] / 10.0 ** (0.7 * _LABEL_PX / decade_px)
+    within = [tick for tick in ticks if limits[0] <= tick <= highest]
+    axes.xaxis.set_major_locator(FixedLocator(within))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("mm", fontsize=9)
 
 
 def _prepare(
@@ -135,16 +150,6 @@ def _prepare(
     *,
     labelled: bool,
 ) -> None:
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLocator
-
-    axes.set_xscale("log")
-    axes.set_xlim(*limits)
-    panels = len(comparison.winds) if len(comparison.perturbations) > 1 else 1
-    axes.xaxis.set_major_locator(FixedLocator(_ticks(limits, _panel_px(rows, panels))))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel("mm", fontsize=9)
     axes.set_ylim(len(rows) - 0.5, -0.5)
     if labelled:
         axes.set_yticks(range(len(rows)), [text for _, text in rows])

@@ -1,0 +1,145 @@
+"""`companion compare`: what it flies, tells and writes, and how it ends when it can't."""
+
+import json
+import re
+import shutil
+
+import pytest
+from typer.testing import CliRunner
+
+from companion import compare_command
+from companion.cli import app
+from companion.compare_command import CompareRequest, run_compare
+from companion.config.resolve import configs_folder
+from companion.experiments.campaign import CampaignInterruptedError
+from companion.experiments.compare import Grid
+from tests.companion.experiments import stand_ins
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def request(*controllers, **changes):
+    fields = {"trajectories": (1, 4), "seeds": 2, "jobs": 1}
+    return CompareRequest(controllers, **(fields | changes))
+
+
+def test_it_flies_tells_and_writes_and_goes_on_where_it_was(here, capsys):
+    asked = request("mpc-l1", "pid-l1", winds=("calm", "fan"), perturb=("loss10",))
+
+    comparison = run_compare(asked, stand_ins.keep_made_up)
+
+    table = capsys.readouterr().out
+    assert len(list((here / "compare" / "flown").iterdir())) == 2 * 2 * 2 * 2 * 2
+    assert (here / "compare" / "compare.png").read_bytes().startswith(b"\x89PNG")
+    written = json.loads((here / "compare" / "compare.json").read_text())
+    assert written["command"] == (
+        "companion compare mpc-l1 pid-l1 --vehicle bebop2 --traj 1,4 --wind calm --wind fan "
+        "--perturb loss10 --seeds 2"
+    )
+    cells = {(c["controller"], c["wind"], c["perturbation"]): c for c in written["cells"]}
+    perturbed = cells["mpc-l1", "fan", "loss10"]
+    assert perturbed["mean_error_m"] == pytest.approx(0.045)  # thrice 10 and 20 mm
+    assert perturbed["spread_m"] == pytest.approx(0.03 / 2**0.5)
+    assert perturbed["ratio_to_nominal"] == pytest.approx(3.0)
+    assert not perturbed["bears"]
+    assert cells["pid-l1", "calm", "nominal"]["ratio_to_first"] == pytest.approx(1.0)
+    lost = cells["pid-l1", "fan", "nominal"]
+    assert (lost["lost"], lost["mean_error_m"], lost["bears"]) == (4, None, False)
+    assert re.search(r"pid-l1, fan, nominal, trajectory 1 \(seed 1\).*It flew away", table)
+    assert "4 of 4 aborted" in table
+    assert "0.50 (2.0 ×)" in table
+
+    again = run_compare(asked, stand_ins.keep_made_up)  # it would fail if it flew one twice
+    assert again.cells == comparison.cells
+
+
+def test_errors_may_be_against_the_reported_position_without_flying_anew(capsys):
+    true = run_compare(request("mpc-l1"), stand_ins.keep_made_up).cells[0]
+    capsys.readouterr()
+    comparison = run_compare(request("mpc-l1", against="reported"), stand_ins.keep_made_up)
+    reported = comparison.cells[0]
+    assert reported.mean_error_m == pytest.approx(2.0 * true.mean_error_m)
+    assert (true.peak_height_error_m, reported.peak_height_error_m) == (0.004, 0.007)
+    assert "against the reported position" in capsys.readouterr().out
+    assert comparison.command.endswith("--against reported")
+
+
+def test_two_controllers_whose_files_say_the_same_share_their_flights(here):
+    shipped = configs_folder() / "controllers" / "mpc-l1" / "bebop2.yaml"
+    shutil.copy(shipped, here / "copy.yaml")
+    comparison = run_compare(request("mpc-l1", "copy.yaml"), stand_ins.keep_made_up)
+    assert comparison.controllers == ("mpc-l1", "copy")
+    assert comparison.cells[0].flights == comparison.cells[1].flights
+
+
+def test_json_is_one_object_and_nothing_else(capsys):
+    run_compare(request("mpc-l1", json_output=True), stand_ins.keep_made_up)
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["controllers"] == ["mpc-l1"]
+
+
+def compare(*options):
+    return CliRunner().invoke(app, ["compare", *options])
+
+
+def asked_of(monkeypatch):
+    seen = []
+    monkeypatch.setattr(compare_command, "run_compare", seen.append)
+    return seen
+
+
+def test_the_options_are_what_is_asked_for(monkeypatch):
+    seen = asked_of(monkeypatch)
+    options = "a b --vehicle x500 --autopilot ardupilot --traj 4,own.csv --wind calm --wind fan"
+    more = "--perturb lag+25 --perturb combo --seeds 3 --whole --against reported --set hover_s=1"
+
+    result = compare(*options.split(), *more.split(), "--jobs", "1", "--out", "here")
+
+    assert result.exit_code == 0, result.output
+    (found,) = seen
+    assert found.controllers == ("a", "b")
+    assert (found.vehicle, found.autopilot, found.setpoint) == ("x500", "ardupilot", None)
+    assert found.trajectories == (4, "own.csv")
+    assert (found.winds, found.perturb) == (("calm", "fan"), ("lag+25", "combo"))
+    assert (found.seeds, found.whole, found.against) == (3, True, "reported")
+    assert (found.settings, found.jobs, str(found.out)) == (("hover_s=1",), 1, "here")
+
+
+def test_the_autopilot_and_the_setpoints_reach_every_flight():
+    grid: Grid = compare_command._grid(request("mpc-l1", autopilot="ardupilot", setpoint="rates"))
+    assert dict(grid.settings) == {"autopilot": "ardupilot", "setpoint": "rates"}
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("nothing",), "unknown controller 'nothing'"),
+        (("mpc-l1", "--perturb", "rain"), "--perturb rain: no such perturbation"),
+        (("mpc-l1", "--wind", "storm"), "unknown scenario 'storm'"),
+        (("mpc-l1", "--against", "luck"), "--against luck: give truth or reported"),
+        (("mpc-l1", "--seeds", "0"), "--seeds 0"),
+        (("mpc-l1", "--jobs", "0"), "--jobs 0"),
+        (("mpc-l1", "--traj", "7"), "test trajectories are numbered 1 to 5"),
+        (("mpc-l1", "--traj", "none.csv"), "none.csv"),
+        (("mpc-l1", "--set", "hover_s"), "hover_s"),
+    ],
+)
+def test_what_can_not_be_compared_is_bad_input(options, said):
+    result = compare(*options)
+    assert result.exit_code == 2
+    assert said in result.output
+    assert "Traceback" not in result.output
+
+
+def test_an_interrupt_says_how_to_go_on(monkeypatch):
+    def interrupted(*_):
+        raise CampaignInterruptedError("interrupted: 3 of 9 flights are kept in compare.")
+
+    monkeypatch.setattr(compare_command, "run_campaign", interrupted)
+    result = compare("mpc-l1")
+    assert result.exit_code == 4
+    assert "3 of 9 flights are kept" in result.output
