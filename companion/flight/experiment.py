@@ -7,6 +7,7 @@ from typing import cast
 
 from companion.config.resolve import FlightConfig
 from companion.control.frameworks import Stack
+from companion.control.thrust import GRAVITY_M_S2
 from companion.flight.assemble import make_stack, supervisor_limits
 from companion.flight.errors import FlightAbortedError
 from companion.flight.setpoints.control_loop import ControlLoop
@@ -51,6 +52,7 @@ EXPERIMENT_CHANNELS = (EXPERIMENT, THRUST_REPORT)
 _REPORT_INTERVAL_S = 0.05
 _REMEMBERED = 20
 _FEWEST = 5
+_LEAST_WEIGHT = 0.5
 _BELIEVED = (0.1, 0.9)
 """A reported thrust of hover outside this is none."""
 
@@ -75,8 +77,9 @@ class ExperimentFlight:
     now: Callable[[], float]
     """The loop's clock."""
     meaning: ThrustMeaning = COLLECTIVE
-    reported: list[float] = field(default_factory=list)
-    """The newest thrusts that the autopilot has reported, oldest first."""
+    reported: list[tuple[float, float, float]] = field(default_factory=list)
+    """The newest thrusts that the autopilot has reported, oldest first: time, thrust, and the
+    climb rate at that time, s, 0..1, m/s."""
 
     def __post_init__(self) -> None:
         """Listen from now on."""
@@ -105,25 +108,31 @@ class ExperimentFlight:
         if wanted is None:
             return None
         x, y, z = (p - float(w) for p, w in zip(state.position_enu_m, wanted, strict=True))
-        outside_m = self.experiment.box.outside_m((x, y, z))
-        if outside_m <= 0.0:
-            return None
         box = self.experiment.box
+        if box.outside_m((x, y, z)) <= 0.0:
+            return None
         return FlightAbortedError(
-            f"The vehicle was {max(outside_m, 0.1):.1f} m outside the box of "
-            f"±{box.horizontal_m:g} m (±{box.vertical_m:g} m in height): too much wind for it, or "
-            "an estimate that wanders. Try again with a larger --box, in calmer air."
+            f"The vehicle left the box of ±{box.horizontal_m:g} m (±{box.vertical_m:g} m in "
+            "height) about its hover point: too much wind for it, or an estimate that wanders. "
+            "Give it a larger --box, or calmer air."
         )
 
     @property
     def hover_guess(self) -> float:
-        """The thrust that the autopilot itself hovers with, else the vehicle's file's."""
+        """The thrust that the autopilot itself hovers with, else the vehicle's file's.
+
+        Its mean, less what changed the climb rate meanwhile: a take-off has just ended.
+        """
         vehicle = self.config.vehicle
-        known = [t for t in self.reported if _BELIEVED[0] < t < _BELIEVED[1]]
-        if len(known) < _FEWEST:
+        if len(self.reported) < _FEWEST:
             return vehicle.hover_thrust
-        mean = sum(known) / len(known)
-        return max(vehicle.minimum_thrust + 0.01, min(vehicle.maximum_thrust - 0.01, mean))
+        (first_s, _, sinking), (last_s, _, rising) = self.reported[0], self.reported[-1]
+        acceleration = (rising - sinking) / max(_REPORT_INTERVAL_S, last_s - first_s)
+        mean = sum(thrust for _, thrust, _ in self.reported) / len(self.reported)
+        hover = mean / max(_LEAST_WEIGHT, 1.0 + acceleration / GRAVITY_M_S2)
+        if not _BELIEVED[0] < hover < _BELIEVED[1]:
+            return vehicle.hover_thrust
+        return max(vehicle.minimum_thrust + 0.01, min(vehicle.maximum_thrust - 0.01, hover))
 
     async def request_reports(self) -> None:
         """Ask for the thrust reports; one that does not come costs figures, not the flight."""
@@ -158,8 +167,10 @@ class ExperimentFlight:
         """
         message = decode(frame)
         thrust = float(message.thrust)
-        if not math.isfinite(thrust):
+        state, time_s = self.connection.state, message.time_boot_ms * 1e-3
+        if not math.isfinite(thrust) or state is None:
             return
-        self.reported = [*self.reported[1 - _REMEMBERED :], thrust]
-        values = {"autopilot_time_s": message.time_boot_ms * 1e-3, "thrust": thrust}
+        newest = (time_s, thrust, state.velocity_enu_m_s[2])
+        self.reported = [*self.reported[1 - _REMEMBERED :], newest]
+        values = {"autopilot_time_s": time_s, "thrust": thrust}
         self.log.record(THRUST_REPORT.topic, received_s, values)

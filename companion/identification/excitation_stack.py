@@ -200,7 +200,7 @@ class ExcitationStack:
         wanted: Array,
         dt: float,
     ) -> tuple[PidMemory, tuple[float, float, float]]:
-        """The hold's u, and its memory; while something is excited it learns nothing of it."""
+        """The hold's u, and its memory; of a tilt that is not its own it learns nothing."""
         position = np.array(state.position_enu_m)
         near = np.array(
             [within_reach(r, p) for r, p in zip(wanted.tolist(), position.tolist(), strict=True)]
@@ -209,7 +209,7 @@ class ExcitationStack:
         advanced, record = self.hold.inner.step(
             before, near, position, np.array(state.velocity_enu_m_s), dt
         )
-        if part is not None and part.axis != "none":
+        if part is not None and part.axis in ("roll", "pitch"):
             advanced = replace(advanced, integral=before.integral, held_integral=before.integral)
         u_x, u_y, u_z = record.u.tolist()
         return advanced, (u_x, u_y, u_z)

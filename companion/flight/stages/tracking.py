@@ -83,8 +83,6 @@ async def engage(flight: Flight) -> Timeline:
     """
     if flight.scope is FlightScope.WHOLE:  # nobody else is at a simulated one in the air
         await _look_again(flight)
-    if flight.experiment is not None:
-        flight.experiment.before_engaging()
     connection, stream, mission = flight.connection, flight.stream, flight.mission
     placement = _settled_placement(flight)
     mode = connection.dialect.setpoint_mode
@@ -92,6 +90,8 @@ async def engage(flight: Flight) -> Timeline:
     flight.authority.expect(connection.mode, mode, streaming=True)
     flight.voice.phase("engage", f"mode {mode}")
     await connection.waiting.pause(connection.loop_seconds(connection.dialect.stream_before_mode_s))
+    if flight.experiment is not None:
+        flight.experiment.before_engaging()
     if connection.mode != mode:
         change = await connection.exchanges.change_mode(connection.target, mode)
         if change.verdict is not Verdict.ACCEPTED:
