@@ -12,6 +12,7 @@ from companion.config.yaml_source import ConfigError, settings_of
 from companion.experiments.campaign import Job, run_campaign
 from companion.experiments.compare import Grid, contenders, evaluate, plan
 from companion.experiments.controller_file import write_whole
+from companion.experiments.event_recoveries import draw_events, event_flights
 from companion.experiments.flight_store import Summary
 from companion.experiments.perturbations import chosen
 from companion.experiments.progress import ProgressDisplay
@@ -21,6 +22,7 @@ from companion.report.compare_figure import draw_comparison
 from companion.report.compare_record import comparison_object
 from companion.report.compare_results import Comparison, Perturbed
 from companion.report.compare_table import compare_table
+from companion.report.recovery_table import recovery_table
 
 _WIDE = 150
 _AGAINST = ("truth", "reported")
@@ -69,6 +71,7 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
     tasks = [task for of_cell in planned.values() for task in of_cell]
     with ProgressDisplay("comparing") as display:
         summaries = run_campaign(tasks, request.out, jobs, display, fly)
+    events = event_flights(planned, summaries, request.out, request.against)
     comparison = Comparison(
         vehicle=request.vehicle,
         autopilot=request.autopilot or "px4",
@@ -85,8 +88,10 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
         command=_command(request),
         version=version(),
         commit=commit(),
+        recoveries=tuple(flights.cell for flights in events),
     )
     _write(comparison, request.out)
+    draw_events(events, f"{request.vehicle}, {comparison.autopilot}", request.out)
     _tell(comparison, request)
     return comparison
 
@@ -146,4 +151,6 @@ def _tell(comparison: Comparison, request: CompareRequest) -> None:
         return
     console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else _WIDE)
     console.print(compare_table(comparison))
+    if comparison.recoveries:
+        console.print(recovery_table(comparison.recoveries))
     console.print(f"{request.out / 'compare.png'}  {request.out / 'compare.json'}", soft_wrap=True)

@@ -51,6 +51,8 @@ class Summary:
     r_max_share: float = 0.0
     wind_peak_m_s2: float = math.nan
     tilt_slew_rms_g_s: float = math.nan
+    event: str = ""
+    event_s: float = math.nan
     wall_s: float = math.nan
 
 

@@ -57,6 +57,10 @@ class FlightTable:
     """Greatest acceleration by wind in the scored part."""
     tilt_slew_rms_g_s: float = math.nan
     """Root mean square of the rate of the tilt command (u_x, u_y) in the scored part."""
+    event: str = ""
+    """In words, what the scenario did first in the scored part; empty: nothing."""
+    event_s: float = math.nan
+    """When, since the trajectory's start."""
     wall_s: float = math.nan
     """How long the computer took."""
 

@@ -17,7 +17,7 @@ from companion.flight.assemble import infeasibilities, make_trajectory
 from companion.flight.conduct import Outcome
 from companion.flight.observer import SilentObserver
 from companion.lockstep import fly_in_lockstep
-from companion.report.metrics import tracking_figures
+from companion.report.metrics import event_while_scored, tracking_figures
 from companion.trajectories.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def fly_task(task: FlightTask) -> FlightTable:
     true = figures.against_truth if outcome.completed else None
     reported = figures.as_reported if outcome.completed else None
     scored_s = outcome.scored_s[1] - outcome.scored_s[0]
+    event = event_while_scored(data.truth.events, outcome.scored_s)
     last_s = float(columns["time_s"][-1]) if len(columns["time_s"]) else 0.0
     return FlightTable(
         task=task,
@@ -71,6 +72,8 @@ def fly_task(task: FlightTask) -> FlightTable:
         r_max_share=outcome.r_max_active_share,
         wind_peak_m_s2=_or_nan(figures.wind_peak_m_s2),
         tilt_slew_rms_g_s=tilt_slew_rms_g_s(columns, scored_s),
+        event="" if event is None else event.text,
+        event_s=math.nan if event is None else event.time_s - outcome.scored_s[0],
         wall_s=time.perf_counter() - started,
     )
 

@@ -4,6 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from companion.report.recovery_cell import RecoveryCell
+
 NOMINAL = "nominal"
 """Name of the perturbation that is none."""
 
@@ -85,6 +87,8 @@ class Comparison:
     command: str
     version: str
     commit: str
+    recoveries: tuple[RecoveryCell, ...] = ()
+    """Of the winds with a sudden event."""
 
     def cell(self, controller: str, wind: str, perturbation: str) -> Cell:
         """One cell."""

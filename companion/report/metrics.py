@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from companion.mavlink.truth_events import TruthEvent
 from companion.report.flight_data import Array, FlightData
 
 _LONGEST_STRAIGHT_S = 0.025
@@ -92,6 +93,14 @@ def true_error_enu(data: FlightData, interval_s: tuple[float, float]) -> tuple[A
 def _lengths(vectors_m: Array) -> Array:
     lengths: Array = np.linalg.norm(vectors_m, axis=1)
     return lengths
+
+
+def event_while_scored(
+    events: tuple[TruthEvent, ...], scored_s: tuple[float, float]
+) -> TruthEvent | None:
+    """The first event of the scored part."""
+    inside = [event for event in events if scored_s[0] < event.time_s < scored_s[1]]
+    return inside[0] if inside else None
 
 
 def _between(known_times_s: Array, known_m: Array, times_s: Array) -> Array:

@@ -16,7 +16,7 @@ import numpy as np
 
 from companion.mavlink.truth_events import TruthEvent
 from companion.report.flight_data import Array, FlightData
-from companion.report.metrics import reported_error_enu, true_error_enu
+from companion.report.metrics import event_while_scored, reported_error_enu, true_error_enu
 
 MARGIN_M = 0.03
 """Beyond the greatest error before the event."""
@@ -96,14 +96,6 @@ def _back_after(since_s: Array, off: np.ndarray) -> float:
         if min(again, float(since_s[-1])) - left >= STAYS_S:
             return float(left)
     return math.inf
-
-
-def event_while_scored(
-    events: tuple[TruthEvent, ...], scored_s: tuple[float, float]
-) -> TruthEvent | None:
-    """The first event of the scored part."""
-    inside = [event for event in events if scored_s[0] < event.time_s < scored_s[1]]
-    return inside[0] if inside else None
 
 
 def flight_recovery(

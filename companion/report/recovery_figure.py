@@ -94,7 +94,7 @@ def draw_recoveries(curves: Sequence[RecoveryCurve], title: str, path: Path) -> 
         axes.tick_params(labelsize=8)
         axes.axvline(0.0, color="k", lw=0.9, ls="--")
     rows[0].set_xlim(-_BEFORE_S, _AFTER_S)
-    rows[-1].set_xlabel("time since the event, s", fontsize=9)
+    rows[-1].set_xlabel("time since the event, s (bold: the first flight of each)", fontsize=9)
     _legend(rows[0], labels)
     figure.savefig(path, dpi=110)
 
