@@ -6,6 +6,7 @@ identified one: more and less lag, more delay than anybody knows of, more and le
 and a gust.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 from companion.config.models import DynamicsConfig, ResponseConfig
@@ -13,9 +14,8 @@ from companion.theory.plant import AxisPlant, axis_plants, second_order
 
 MORE_DELAY_S = 0.020
 GAIN_SHARE = 0.15
-LAG_FACTOR = 1.25
-"""On the time constants: a quarter more lag, or a fifth less."""
-STABLE_DELAY_S = 0.030
+MORE_LAG, LESS_LAG = 1.25, 0.75
+STABLE_DELAY_S = 0.040
 """With this much more delay a loop must still be stable, however badly it flies."""
 GAMMA_SHARE = 0.8
 """Of Γ, with which the loop must still be stable: Γ is a quarter or more above its lower bound."""
@@ -56,15 +56,16 @@ class Member:
 def horizontal_family(dynamics: DynamicsConfig) -> tuple[Member, ...]:
     """The plants of x or y, the nominal one first."""
     gain = dynamics.tilt_gain
-    nominal = _horizontal("nominal", dynamics, 4.0)
+    nominal = replace(_horizontal("nominal", dynamics, 4.0, dynamics.attitude), bounded=False)
     return (
         nominal,
-        _horizontal("lag +25 %", dynamics, 1.2, lag=LAG_FACTOR),
-        _horizontal("lag -20 %", dynamics, 0.5, lag=1.0 / LAG_FACTOR),
+        _horizontal("lag +25 %", dynamics, 0.6, _gain_lag(dynamics.attitude, MORE_LAG)),
+        _horizontal("lag -25 %", dynamics, 0.6, _gain_lag(dynamics.attitude, LESS_LAG)),
+        _horizontal("slower by 25 %", dynamics, 0.6, _slower(dynamics.attitude, MORE_LAG)),
         replace(nominal, name="delay +20 ms", weight=1.0, more_delay_s=MORE_DELAY_S, bounded=True),
         replace(nominal, name="gain +15 %", weight=0.5, gain=gain * (1 + GAIN_SHARE), bounded=True),
         replace(nominal, name="gain -15 %", weight=0.5, gain=gain * (1 - GAIN_SHARE), bounded=True),
-        _horizontal("drag × 2", dynamics, 0.3, drag=2.0),
+        _horizontal("drag × 2", dynamics, 0.3, dynamics.attitude, drag=2.0),
         replace(nominal, name="gusts", weight=2.0, gust=GUST_M_S2),
         *_only_stable(nominal),
     )
@@ -73,10 +74,14 @@ def horizontal_family(dynamics: DynamicsConfig) -> tuple[Member, ...]:
 def vertical_family(climb: ResponseConfig, loop_delay_s: float) -> tuple[Member, ...]:
     """The plants of z over a climb loop, the companion's or an autopilot's; nominal first."""
     nominal = _vertical("nominal", climb, loop_delay_s, 4.0)
+    slow, quick = _gain_lag(climb, MORE_LAG), _gain_lag(climb, LESS_LAG)
     return (
         nominal,
-        _vertical("lag +25 %", climb, loop_delay_s, 1.2, LAG_FACTOR),
-        _vertical("lag -20 %", climb, loop_delay_s, 0.5, 1.0 / LAG_FACTOR),
+        replace(_vertical("lag +25 %", slow, loop_delay_s, 0.6), bounded=True),
+        replace(_vertical("lag -25 %", quick, loop_delay_s, 0.6), bounded=True),
+        replace(
+            _vertical("slower by 25 %", _slower(climb, MORE_LAG), loop_delay_s, 0.6), bounded=True
+        ),
         replace(nominal, name="delay +20 ms", weight=1.0, more_delay_s=MORE_DELAY_S, bounded=True),
         replace(nominal, name="gain +15 %", weight=0.5, gain=1 + GAIN_SHARE, bounded=True),
         replace(nominal, name="gain -15 %", weight=0.5, gain=1 - GAIN_SHARE, bounded=True),
@@ -96,25 +101,36 @@ def _only_stable(nominal: Member) -> tuple[Member, ...]:
 
 
 def _horizontal(
-    name: str, dynamics: DynamicsConfig, weight: float, lag: float = 1.0, drag: float = 1.0
+    name: str,
+    dynamics: DynamicsConfig,
+    weight: float,
+    attitude: ResponseConfig,
+    drag: float = 1.0,
 ) -> Member:
-    attitude = _slower(dynamics.attitude, lag)
     drag_1_s = dynamics.linear_drag_1_s * drag
     changed = dynamics.model_copy(update={"attitude": attitude, "linear_drag_1_s": drag_1_s})
     push = second_order(attitude).denominator
-    bounded = lag != 1.0 or drag != 1.0
-    return Member(name, axis_plants(changed)[0], push, weight, dynamics.tilt_gain, bounded=bounded)
+    return Member(name, axis_plants(changed)[0], push, weight, dynamics.tilt_gain, bounded=True)
 
 
-def _vertical(
-    name: str, climb: ResponseConfig, loop_delay_s: float, weight: float, lag: float = 1.0
-) -> Member:
-    answer = second_order(_slower(climb, lag))
-    plant = AxisPlant(answer, loop_delay_s + climb.delay_s)
-    return Member(name, plant, answer.numerator, weight, bounded=lag != 1.0)
+def _vertical(name: str, climb: ResponseConfig, loop_delay_s: float, weight: float) -> Member:
+    answer = second_order(climb)
+    return Member(name, AxisPlant(answer, loop_delay_s + climb.delay_s), answer.numerator, weight)
 
 
-def _slower(response: ResponseConfig, lag: float) -> ResponseConfig:
+def _slower(response: ResponseConfig, factor: float) -> ResponseConfig:
+    """All of it slower."""
     return response.model_copy(
-        update={"natural_frequency_rad_s": response.natural_frequency_rad_s / lag}
+        update={"natural_frequency_rad_s": response.natural_frequency_rad_s / factor}
+    )
+
+
+def _gain_lag(response: ResponseConfig, factor: float) -> ResponseConfig:
+    """More lag by the gain of the angle's loop alone: slower and better damped."""
+    root = math.sqrt(factor)
+    return response.model_copy(
+        update={
+            "natural_frequency_rad_s": response.natural_frequency_rad_s / root,
+            "damping": response.damping * root,
+        }
     )
