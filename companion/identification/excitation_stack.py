@@ -168,7 +168,7 @@ class ExcitationStack:
         if part is None or since_s >= part.duration_s:
             return replace(memory, part=index, left=True), None, 0.0
         if memory.part != index:
-            late = since_s > _BEGINS_WITHIN_S
+            late = part.axis != "none" and since_s > _BEGINS_WITHIN_S
             trim = self._trim_rad(memory)
             memory = replace(memory, part=index, left=late, trim_rad=trim)
         if not memory.left and part.axis != "none" and self._leads_out(state, wanted):

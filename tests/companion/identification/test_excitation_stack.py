@@ -165,6 +165,12 @@ def test_a_part_that_was_missed_is_not_begun_in_its_midst(plan):
     assert {record.segment for *_, record in steps} == {HOLD}
 
 
+def test_the_hover_is_what_it_is_from_wherever_it_begins(plan):
+    begin_s, part = begin_of(plan, "hover")
+    steps, _ = play(stack_of(plan), begin_s + 2.0, begin_s + part.duration_s)
+    assert {record.segment for *_, record in steps} == {"hover"}
+
+
 def test_the_commanded_tilt_never_exceeds_the_vehicles_limit(plan):
     limit = math.radians(plan.config.vehicle.tilt_limit_deg)
     begin_s, part = begin_of(plan, "roll")
