@@ -84,6 +84,14 @@ def fly(
     ] = None,
     autopilot: options.Autopilot = None,
     setpoint: options.SetpointKind = None,
+    switch: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Hand over in flight, t seconds after the trajectory's start: to a controller by "
+            "name or YAML file, or l1-off, l1-on. May be repeated.",
+            metavar="t=S:CONTROLLER",
+        ),
+    ] = None,
     mission: options.Mission = None,
     setting: options.Settings = None,
     connect: Annotated[
@@ -133,6 +141,7 @@ def fly(
         "seed": seed,
         "autopilot": autopilot,
         "setpoint": setpoint,
+        "switch": switch or None,
         "connect": connect,
     }
     request = FlyRequest(

@@ -7,6 +7,7 @@ from typing import Any
 
 import companion
 from companion.config.models import ControllerConfig, MissionConfig, VehicleConfig
+from companion.config.relief import ROBUST, switch_from, with_reliefs
 from companion.config.validation import validate
 from companion.config.yaml_source import (
     ConfigError,
@@ -19,10 +20,6 @@ from companion.config.yaml_source import (
 
 _SUFFIXES = (".yaml", ".yml")
 _OPTIONS = {"trajectory": "--traj"}
-_ROBUST = "mpc-l1"
-"""What `mpc-l1-plus` falls back to if its file names nothing else."""
-NO_FALLBACK = "none"
-"""What a controller's file says that has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +148,13 @@ def load_flight(
             "controller.",
         ),
     )
-    return FlightConfig(mission, vehicle, controller)
+
+    def read(name: str) -> ControllerConfig:
+        return validate(ControllerConfig, read_yaml(controller_path(name, vehicle.name)))
+
+    shipped = configs_folder() / "controllers" / ROBUST / f"{vehicle.name}.yaml"
+    controller, others = with_reliefs(mission, controller, read, robust=shipped.is_file())
+    return FlightConfig(mission, vehicle, controller, others)
 
 
 def _read_mission(path: Path) -> Source:
@@ -163,7 +166,7 @@ def _read_mission(path: Path) -> Source:
         if isinstance(value, str) and value and (key == "trajectory" or value.endswith(_SUFFIXES)):
             data[key] = str(path.parent / value)
     if isinstance(data.get("switch"), list):
-        data["switch"] = [_switch_from(value, path.parent) for value in data["switch"]]
+        data["switch"] = [switch_from(value, path.parent) for value in data["switch"]]
     _make_relative(data, ("link", "signing", "key_file"), path.parent)
     return Source(source.name, data, source.lines)
 
@@ -179,13 +182,3 @@ def _make_relative(data: dict[str, Any], path: tuple[str, ...], folder: Path) ->
         section[key] = section = dict(inner)
     if isinstance(section.get(last), str) and section[last]:
         section[last] = str(folder / section[last])
-
-
-def _switch_from(value: Any, folder: Path) -> Any:  # noqa: ANN401 - whatever a file says
-    """A planned hand-over of a mission's file; a controller's file in it is beside that one."""
-    if isinstance(value, str) and value.endswith(_SUFFIXES):
-        when, colon, name = value.partition(":")
-        return f"{when}{colon}{folder / name}" if colon else value
-    if isinstance(value, dict) and str(value.get("to", "")).endswith(_SUFFIXES):
-        return {**value, "to": str(folder / value["to"])}
-    return value

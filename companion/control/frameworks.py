@@ -159,6 +159,10 @@ class Stack:
         u = np.array([u_x, u_y, velocity[2]])
         if applied_u is not None:
             u = np.where(np.isfinite(applied_u), applied_u, u)
+        # Where another stack is relieved, the loop of the thrust goes on as it is.
+        thrust = thrust_memory
+        if applied_u is None or thrust_memory is None:
+            thrust = self.thrust.start(float(velocity[2]), thrust_memory)
         inner, r2 = self.inner.start(np.array(state.position_enu_m), velocity, u)
         return StackMemory(
             sample_s=state.time_s,
@@ -167,7 +171,7 @@ class Stack:
             outer_due_s=state.time_s,
             applied=(delay.AppliedReference(state.time_s, r2),),
             inner=inner,
-            thrust=self.thrust.start(float(velocity[2]), thrust_memory),
+            thrust=thrust,
             yaw_rad=yaw_rad,
         )
 

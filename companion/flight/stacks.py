@@ -7,6 +7,7 @@ from typing import Literal
 
 from companion.config.models import ControllerConfig, MissionConfig, VehicleConfig
 from companion.config.monitor_models import SwitchConfig
+from companion.config.relief import PLUS
 from companion.config.resolve import FlightConfig
 from companion.control.frameworks import Stack
 from companion.control.monitor import MonitorLimits
@@ -90,7 +91,7 @@ def make_stacks(
 
     def ladder(name: str, controller: ControllerConfig) -> Ladder:
         rungs = [NamedStack(name, made(controller))]
-        if controller.framework == "mpc-l1-plus":
+        if controller.framework == PLUS:
             rungs.append(
                 NamedStack(f"{name}, cautious", made(controller, cautious=True), "reduced")
             )
