@@ -10,7 +10,7 @@ from rich.console import Console
 
 from companion.config.yaml_source import ConfigError, settings_of
 from companion.experiments.campaign import Job, run_campaign
-from companion.experiments.compare import Grid, contenders, evaluate, plan
+from companion.experiments.compare import Grid, contenders, evaluate, flown_vehicle, plan
 from companion.experiments.controller_file import write_whole
 from companion.experiments.event_recoveries import draw_events, event_flights
 from companion.experiments.flight_store import Summary
@@ -73,7 +73,7 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
         summaries = run_campaign(tasks, request.out, jobs, display, fly)
     events = event_flights(planned, summaries, request.out, request.against)
     comparison = Comparison(
-        vehicle=request.vehicle,
+        vehicle=flown_vehicle(grid),
         autopilot=request.autopilot or "px4",
         setpoint=request.setpoint or "attitude",
         sensors=request.sensors,
@@ -91,7 +91,7 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
         recoveries=tuple(flights.cell for flights in events),
     )
     _write(comparison, request.out)
-    draw_events(events, f"{request.vehicle}, {comparison.autopilot}", request.out)
+    draw_events(events, f"{comparison.vehicle}, {comparison.autopilot}", request.out)
     _tell(comparison, request)
     return comparison
 

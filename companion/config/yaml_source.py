@@ -1,8 +1,10 @@
 """Parsing YAML into a mapping that knows where each of its keys stands."""
 
+import copy
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +84,13 @@ def parse_yaml(text: str, name: str) -> Source:
 def _parsed(
     text: str, name: str, *, with_line: bool = True
 ) -> tuple[Any, dict[tuple[str, ...], int]]:
+    data, lines = _parsed_once(text, name, with_line)
+    return copy.deepcopy(data), lines
+
+
+@lru_cache(maxsize=256)
+def _parsed_once(text: str, name: str, with_line: bool) -> tuple[Any, dict[tuple[str, ...], int]]:
+    """The same texts are read for each of a study's many flights, and PyYAML is slow."""
     try:
         if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
             raise ConfigError(f"{name}: YAML aliases (*name) are not taken; write the value out.")

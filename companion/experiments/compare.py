@@ -93,7 +93,7 @@ def plan(grid: Grid, plants: Path) -> dict[Place, list[FlightTask]]:
         ConfigError: a controller, vehicle or wind can't be used, or the vehicles are not one.
         OSError: a plant file can't be written.
     """
-    flown = _flown_vehicle(grid)
+    flown = flown_vehicle(grid)
     paths = {p.name: perturbed_plant(flown, p, plants) for p in grid.perturbations}
     return {
         (contender.label, wind, p.name): [
@@ -118,8 +118,12 @@ def plan(grid: Grid, plants: Path) -> dict[Place, list[FlightTask]]:
     }
 
 
-def _flown_vehicle(grid: Grid) -> str:
-    """Name of the shim's vehicle that all fly."""
+def flown_vehicle(grid: Grid) -> str:
+    """Name of the shim's vehicle that all fly.
+
+    Raises:
+        ConfigError: a controller or vehicle can't be used, or the vehicles are not one.
+    """
     names = {
         contender.label: load_task(
             FlightTask(
@@ -148,16 +152,25 @@ def evaluate(
         summaries: their figures by key.
         against: "truth" or "reported".
     """
-    by_task = {summary.task: summary for summary in summaries.values()}
-
-    def summary_of(task: FlightTask) -> Summary:
-        # Two contenders whose files have the same content share their flights.
-        return by_task.get(task) or summaries[task.key]
-
+    by_task = summaries_by_task(planned, summaries)
     return tuple(
-        make_cell(*place, [_flown(summary_of(task), against) for task in tasks])
+        make_cell(*place, [_flown(by_task[task], against) for task in tasks])
         for place, tasks in planned.items()
     )
+
+
+def summaries_by_task(
+    planned: Mapping[Place, Sequence[FlightTask]], summaries: Mapping[str, Summary]
+) -> dict[FlightTask, Summary]:
+    """Figures of each flight; contenders whose files have the same content share theirs.
+
+    Args:
+        planned: the flights of each cell.
+        summaries: their figures by key.
+    """
+    found = {summary.task: summary for summary in summaries.values()}
+    tasks = {task for of_cell in planned.values() for task in of_cell}
+    return found | {task: summaries[task.key] for task in tasks.difference(found)}
 
 
 def _flown(summary: Summary, against: str) -> Flown:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from companion.experiments.compare import summaries_by_task
 from companion.experiments.flight_store import Summary, flight_path, read_flight_table
 from companion.experiments.flight_table import FlightTable
 from companion.experiments.flight_task import FlightTask
@@ -56,7 +57,7 @@ def event_flights(
         OSError: a kept flight can't be read.
         ValueError: it is damaged.
     """
-    by_task = {summary.task: summary for summary in summaries.values()}
+    by_task = summaries_by_task(planned, summaries)
     found: list[EventFlights] = []
     for place, tasks in planned.items():
         flown = [by_task[task] for task in tasks]

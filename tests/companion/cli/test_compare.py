@@ -70,8 +70,8 @@ def test_errors_may_be_against_the_reported_position_without_flying_anew(capsys)
 
 def test_two_controllers_whose_files_say_the_same_share_their_flights(here):
     shipped = configs_folder() / "controllers" / "mpc-l1" / "bebop2.yaml"
-    shutil.copy(shipped, here / "copy.yaml")
-    comparison = run_compare(request("mpc-l1", "copy.yaml"), stand_ins.keep_made_up)
+    shutil.copy(shipped, here / "mpc-l1.yaml")
+    comparison = run_compare(request("mpc-l1", "copy=mpc-l1.yaml"), stand_ins.keep_made_up)
     assert comparison.controllers == ("mpc-l1", "copy")
     assert comparison.cells[0].flights == comparison.cells[1].flights
 
