@@ -8,8 +8,8 @@ from typing import cast
 from companion.config.resolve import FlightConfig
 from companion.control.frameworks import Stack
 from companion.control.thrust import GRAVITY_M_S2
-from companion.flight.assemble import make_stack, supervisor_limits
-from companion.flight.errors import FlightAbortedError
+from companion.flight.assemble import make_paper_stack, supervisor_limits
+from companion.flight.errors import FlightAbortedError, FlightRefusedError
 from companion.flight.setpoints.control_loop import ControlLoop
 from companion.flight.stages.authority import Authority
 from companion.flight.vehicle.connection import Connection
@@ -91,7 +91,7 @@ class ExperimentFlight:
         self.meaning = thrust
         config = self.config
         vehicle = config.vehicle.model_copy(update={"hover_thrust": self.hover_guess})
-        hold = make_stack(config.controller, vehicle, config.mission, thrust=thrust)
+        hold = make_paper_stack(config.controller, vehicle, config.mission, thrust=thrust)
         stack = ExcitationStack(hold, self.experiment.program, self.experiment.box)
         self.control.adopt(cast("Stack", stack), supervisor_limits(config.mission))
 
@@ -134,8 +134,25 @@ class ExperimentFlight:
             return vehicle.hover_thrust
         return max(vehicle.minimum_thrust + 0.01, min(vehicle.maximum_thrust - 0.01, hover))
 
-    async def request_reports(self) -> None:
-        """Ask for the thrust reports; one that does not come costs figures, not the flight."""
+    async def prepare(self, takeoff_height_m: float) -> None:
+        """See whether the take-off leads into the fence, and ask for the thrust reports.
+
+        Reports that do not come cost figures, not the flight.
+
+        Args:
+            takeoff_height_m: to which the autopilot will take off.
+
+        Raises:
+            FlightRefusedError: it leads out of the top.
+            FlightAbortedError: the wait was ended from outside.
+        """
+        top_m = self.config.mission.geofence.high_m[2]
+        if takeoff_height_m > top_m:
+            raise FlightRefusedError(
+                f"The autopilot takes off to {takeoff_height_m:g} m (PX4: MIS_TAKEOFF_ALT), above "
+                f"the {top_m:g} m that this flight may reach. Identify at that height (--height "
+                f"{takeoff_height_m:g}), or let it take off lower."
+            )
         interval = message_interval(
             self.connection.target, int(MessageId.ATTITUDE_TARGET), _REPORT_INTERVAL_S
         )

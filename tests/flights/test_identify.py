@@ -1,7 +1,7 @@
 """Identification flights in lockstep: what they play, and every way in which they end."""
 
 import asyncio
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -51,9 +51,7 @@ def fly(
     if prepare is not None:
         happenings = prepare(wire, inbox)
     seen = Seen(list(happenings))
-    shim = embedded_shim(plan.config)
-    if parameters:
-        shim.parameters.update(parameters)
+    shim = replace(embedded_shim(plan.config), parameters=parameters or {})
     log = FlightLog(folder, (*CHANNELS, *EXPERIMENT_CHANNELS))
     outcome = fly_in_lockstep(
         plan.config,
@@ -205,3 +203,23 @@ def test_a_short_loss_of_the_state_costs_the_part_and_no_more(tmp_path):
     whole_part = next(p for p in flown.plan.experiment.program.parts if p.name == "roll")
     assert len(first) < 60.0 * whole_part.duration_s
     assert len(second) == pytest.approx(100 * whole_part.duration_s, abs=4)
+
+
+def test_thrust_whose_tilt_ardupilot_makes_up_for_is_played_as_thrust(tmp_path):
+    parameters = {"GUID_OPTIONS": 8.0}
+    flown = fly(tmp_path / "flight", autopilot="ardupilot", parameters=parameters)
+    assert flown.outcome.completed
+    recording = flown.recording
+    assert recording.thrust_meaning.kind == "vertical"
+    assert set(recording.segment.tolist()) == ALL | {"thrust", "hold"}
+    thrust = recording.segment == "thrust"
+    assert np.ptp(recording.velocity_enu_m_s[thrust, 2]) > 0.7
+
+
+def test_a_take_off_out_of_the_fences_top_is_refused_before_arming(tmp_path):
+    parameters = {"MIS_TAKEOFF_ALT": 12.0}
+    flown = fly(tmp_path / "flight", airborne=False, parameters=parameters)
+    assert flown.outcome.outcome == "refused"
+    assert "takes off to 12 m" in flown.outcome.note
+    assert "--height 12" in flown.outcome.note
+    assert not any(armed for _, armed in flown.wire.armed)

@@ -98,7 +98,7 @@ async def _prepare_once(flight: Flight) -> None:
         await flight.inspector.before_flight()
     await flight.settings.learn()
     if flight.experiment is not None:
-        await flight.experiment.request_reports()
+        await flight.experiment.prepare(flight.settings.takeoff_height_m)
     measured = connection.state is not None
     if measured:
         await measure_streams(flight, begun)
