@@ -1,0 +1,249 @@
+"""From the thrust field to the vertical acceleration: the motors' lag, the dead time, hover thrust.
+
+The model is ``v' = g (1 + γ (f cos(tilt) / h - 1)) - g - k v`` with the force share f behind a
+first-order lag τ (a motor with its propeller) and a dead time T; h is the hover thrust, and γ, near
+1, says how straight the thrust is about it.  As a second-order response the lag has a second pole
+at 250 rad/s, one step of an autopilot's loop, which no velocity can tell from none.
+
+The reported climb rate scatters as a random walk (with satellites 0.3 m/s after one second), in
+which an acceleration drowns unless the fit is whitened: generalised least squares, with the scatter
+estimated from the fit's own residuals, twice over.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.control.thrust import GRAVITY_M_S2
+from companion.identification.estimates import Estimate, FittedCurve, Response, UnidentifiedError
+from companion.identification.intervals import half_width
+from companion.identification.least_squares import Parameters, inverse_information, solve
+from companion.identification.parts import Rows, require, stretches, thinned
+from companion.identification.recording import Array, Recording
+from companion.identification.scatter import (
+    FittedScatter,
+    Residual,
+    Scatter,
+    VelocityScatter,
+    factor,
+    likeliest,
+    whitened,
+)
+from companion.identification.signals import (
+    GRID_S,
+    accumulated,
+    delayed,
+    held,
+    sampled,
+    second_order,
+    since_begin_s,
+    up_vectors,
+)
+
+FAST_POLE_RAD_S = 250.0
+_PARTS = ("hover", "thrust", "climb")
+_LEAST_WAVE = 0.03
+_ROUNDS = 3
+_THINNED = 420
+_LONGEST_S = 15.0
+"""A longer stretch is cut: the effort grows with the cube of its samples."""
+_BEFORE_S = 1.5
+"""Of commands that the lag is started with, before a stretch."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiftFit:
+    """The vertical axis where the field is thrust."""
+
+    response: Response
+    hover_thrust: Estimate
+    values: Array
+    """(5,) τ (s), T (s), h, γ, k (1/s)."""
+    covariance: Array
+    """(5, 5) of them."""
+    scatter: FittedScatter
+    curve: FittedCurve
+
+
+def lag_as_second_order(lag_s: float) -> tuple[float, float]:
+    """ωn and ζ of a first-order lag in front of the fast pole."""
+    fast_s = 1.0 / FAST_POLE_RAD_S
+    omega = 1.0 / math.sqrt(lag_s * fast_s)
+    return omega, 0.5 * (lag_s + fast_s) * omega
+
+
+def fit_lift(recording: Recording, thrust_curve: float = 0.0) -> LiftFit:
+    """Fit the vertical axis.
+
+    Args:
+        recording: with the parts hover, thrust and climb; its field is collective thrust or the
+            vertical part of it.
+        thrust_curve: c in force = c t² + (1 - c) t.
+
+    Raises:
+        UnidentifiedError: a part is missing, or the thrust does not show in the climb rate.
+    """
+    wave = require(recording, "thrust")
+    field = recording.thrust
+    force = thrust_curve * field**2 + (1.0 - thrust_curve) * field
+    moved = float(np.std(force[wave]) / np.mean(force[wave]))
+    if moved < _LEAST_WAVE:
+        raise UnidentifiedError(
+            f"the thrust moves by {moved:.0%} (rms) only in the part 'thrust', and at least "
+            f"{_LEAST_WAVE:.0%} are needed. Fly a larger wave"
+        )
+    model = _Model(recording, force)
+    runs = [cut for name in _PARTS for run in stretches(recording, name) for cut in model.cut(run)]
+    hover = float(np.mean(force[require(recording, "hover")]))
+    parameters = Parameters(
+        start=np.array([0.04, 0.03, hover, 1.0, 0.3]),
+        steps=np.array([0.001, 0.002, 0.002, 0.01, 0.05]),
+        low=np.array([0.002, -0.05, 0.3 * hover, 0.3, 0.0]),
+        high=np.array([0.5, 0.3, 3.0 * hover, 2.0, 4.0]),
+    )
+    scatter = FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0))
+    for _ in range(_ROUNDS):
+        solution = solve(model.whitened_misfit(parameters.start, runs, scatter.scatter), parameters)
+        parameters = Parameters(solution.values, parameters.steps, parameters.low, parameters.high)
+        scatter = likeliest(VelocityScatter, model.residuals(solution.values, runs))
+    solution = solve(model.whitened_misfit(parameters.start, runs, scatter.scatter), parameters)
+    _refuse(solution.values, parameters)
+    covariance = inverse_information(solution.jacobian)
+    return LiftFit(
+        _response(solution.values, covariance),
+        _hover_thrust(solution.values[2], covariance[2, 2], thrust_curve),
+        solution.values,
+        covariance,
+        scatter,
+        model.curve(solution.values, wave),
+    )
+
+
+class _Model:
+    """What the thrust makes of the climb rate, stretch by stretch."""
+
+    def __init__(self, recording: Recording, force: Array) -> None:
+        self._times_s = since_begin_s(recording)
+        self._recording = recording
+        end_s = float(self._times_s[-1])
+        self._force = held(self._times_s, force, end_s)
+        grid_s = np.arange(len(self._force)) * GRID_S
+        vertical = recording.thrust_meaning.kind == "vertical"
+        cosine = np.ones(len(recording)) if vertical else up_vectors(recording)[:, 2]
+        self._cosine = np.interp(grid_s, self._times_s, cosine)
+        self._climb_m_s = recording.velocity_enu_m_s[:, 2]
+
+    def cut(self, run: Rows) -> list[Rows]:
+        """A stretch in pieces that are not too long."""
+        span_s = float(self._times_s[run[-1]] - self._times_s[run[0]])
+        return list(np.array_split(run, max(1, math.ceil(span_s / _LONGEST_S))))
+
+    def climb_m_s(self, values: Array, run: Rows) -> Array:
+        """(len(run),) from 0 at the stretch's first sample."""
+        lag_s, dead_s, hover, straight, drag = values.tolist()
+        begin_s, end_s = float(self._times_s[run[0]]), float(self._times_s[run[-1]])
+        first = max(0, round((begin_s - _BEFORE_S) / GRID_S))
+        start, stop = round(begin_s / GRID_S), round(end_s / GRID_S)
+        omega, zeta = lag_as_second_order(lag_s)
+        force = delayed(second_order(self._force[first : stop + 1], omega, zeta), dead_s)
+        share = (force * self._cosine[first : stop + 1])[start - first :] / hover
+        climb = accumulated(GRAVITY_M_S2 * straight * (share - 1.0), drag)
+        return sampled(climb, self._times_s[run] - start * GRID_S)
+
+    def nuisances(self, values: Array, run: Rows) -> Array:
+        """(len(run), 1): the unknown climb rate at the beginning dies out with the drag."""
+        since_s = self._times_s[run] - self._times_s[run[0]]
+        fading: Array = np.exp(-values[4] * since_s)[:, None]
+        return fading
+
+    def residuals(self, values: Array, runs: list[Rows]) -> list[Residual]:
+        """What the model leaves, thinned out."""
+        parts = []
+        for run, few in zip(runs, thinned(runs, _THINNED), strict=True):
+            rest = self._climb_m_s[run] - self.climb_m_s(values, run)
+            kept = np.searchsorted(run, few)
+            nuisances = self.nuisances(values, run)
+            parts.append(Residual(self._times_s[few], rest[kept], nuisances[kept]))
+        return parts
+
+    def whitened_misfit(self, about: Array, runs: list[Rows], scatter: Scatter) -> "_Whitened":
+        """The misfit in units of the scatter, the unknown beginnings left out."""
+        return _Whitened(self, about, runs, scatter)
+
+    def curve(self, values: Array, run: Rows) -> FittedCurve:
+        """Of a part, for a person: the part's unknown beginning is the best one for all of it."""
+        modelled = self.climb_m_s(values, run)
+        shapes = np.stack([np.ones(len(run)), self._times_s[run] - self._times_s[run[0]]], axis=1)
+        rest = self._climb_m_s[run] - modelled
+        size, *_ = np.linalg.lstsq(shapes, rest, rcond=None)
+        return FittedCurve(
+            "lift",
+            "climb rate under the thrust wave (m/s)",
+            self._recording.time_s[run],
+            self._climb_m_s[run],
+            modelled + shapes @ size,
+            np.full(len(run), np.nan),
+        )
+
+    def measured_m_s(self, run: Rows) -> Array:
+        """(len(run),) reported climb rate."""
+        climb: Array = self._climb_m_s[run]
+        return climb
+
+    def times_s(self, run: Rows) -> Array:
+        """(len(run),) since the recording's beginning."""
+        times: Array = self._times_s[run]
+        return times
+
+
+class _Whitened:
+    """The misfit of all stretches in units of the scatter, the unknown beginnings left out."""
+
+    def __init__(self, model: _Model, about: Array, runs: list[Rows], scatter: Scatter) -> None:
+        self._model, self._runs = model, runs
+        self._factors = [
+            factor(scatter, model.times_s(run), model.nuisances(about, run)) for run in runs
+        ]
+
+    def __call__(self, values: Array) -> Array:
+        """(samples,) for the parameters' values."""
+        return np.concatenate(
+            [
+                whitened(lower, self._model.climb_m_s(values, run) - self._model.measured_m_s(run))
+                for run, lower in zip(self._runs, self._factors, strict=True)
+            ]
+        )
+
+
+def _refuse(values: Array, parameters: Parameters) -> None:
+    for index, name in ((0, "lag"), (2, "hover thrust"), (3, "slope")):
+        if not parameters.low[index] < values[index] < parameters.high[index]:
+            raise UnidentifiedError(
+                f"the {name} of the thrust comes out at {values[index]:g}, the end of what is "
+                "looked for: the climb rate does not follow the thrust. Fly in calmer air, with a "
+                "larger wave, and see that the autopilot takes the thrust as such"
+            )
+
+
+def _response(values: Array, covariance: Array) -> Response:
+    lag_s, dead_s, _, straight, _ = values.tolist()
+    omega, zeta = lag_as_second_order(lag_s)
+    step = 1e-5
+    omega_up, zeta_up = lag_as_second_order(lag_s + step)
+    to_omega, to_zeta = (omega_up - omega) / step, (zeta_up - zeta) / step
+    return Response(
+        Estimate(omega, half_width(to_omega**2 * covariance[0, 0]), "rad/s"),
+        Estimate(zeta, half_width(to_zeta**2 * covariance[0, 0]), ""),
+        Estimate(max(0.0, dead_s), half_width(covariance[1, 1]), "s"),
+        Estimate(straight, half_width(covariance[3, 3]), ""),
+    )
+
+
+def _hover_thrust(force: float, variance: float, curve: float) -> Estimate:
+    """The field whose force share hovers."""
+    if curve < 1e-9:
+        return Estimate(float(force), half_width(variance), "")
+    rest = 1.0 - curve
+    root = math.sqrt(rest * rest + 4.0 * curve * float(force))
+    return Estimate((root - rest) / (2.0 * curve), half_width(variance / root**2), "")

@@ -1,0 +1,79 @@
+"""How the reported state scatters, beyond what its motion explains.
+
+The white part of a signal is what its third differences show at the sampling rate: motion, walk and
+wander hardly change in 10 ms, and white noise of variance σ² makes 20 σ² of them.  Position is
+taken less the integral of the reported velocity, so that fast flight does not count.  The density
+of the unexplained acceleration is that of the random walk in the velocity that the lift and push
+fits leave over, where white noise and walk part by their growth over time.
+"""
+
+import math
+
+import numpy as np
+
+from companion.identification.estimates import Estimate, NoiseEstimates
+from companion.identification.recording import Array, Recording
+from companion.identification.scatter import FittedScatter, VelocityScatter
+from companion.identification.signals import roll_pitch_rad, since_begin_s
+
+_OF_THIRD_DIFFERENCES = 20.0
+"""1 + 9 + 9 + 1."""
+_CORRELATION = 2.0 * (15.0**2 + 6.0**2 + 1.0) / 20.0**2
+"""Sum of their squared autocorrelations to both sides, beyond 1."""
+_NORMAL_95 = 1.96
+_LARGEST_STEP = 1.6
+"""Of the usual period: across a longer one nothing is told."""
+_Three = tuple[Estimate, Estimate, Estimate]
+
+
+def fit_noise(
+    recording: Recording, scatters: tuple[FittedScatter, FittedScatter, FittedScatter]
+) -> NoiseEstimates:
+    """The noise of the reported state.
+
+    Args:
+        recording: any.
+        scatters: of the velocity along x, y and z, from the fits.
+    """
+    times = since_begin_s(recording)
+    velocity = recording.velocity_enu_m_s
+    steps = np.diff(times)[:, None]
+    way = np.cumsum(0.5 * steps * (velocity[1:] + velocity[:-1]), axis=0)
+    beyond = recording.position_enu_m - np.concatenate([np.zeros((1, 3)), way])
+    roll, pitch = roll_pitch_rad(recording)
+    return NoiseEstimates(
+        position_m=_three([_white([beyond[:, k]], times, "m") for k in range(3)]),
+        velocity_m_s=_three([_white([velocity[:, k]], times, "m/s") for k in range(3)]),
+        acceleration_m_s2_sqrt_hz=_three([_density(scatter) for scatter in scatters]),
+        tilt_rad=_white([roll, pitch], times, "rad"),
+    )
+
+
+def _white(signals: list[Array], times_s: Array, unit: str) -> Estimate:
+    """Standard deviation of the white part that signals have in common."""
+    periods = np.diff(times_s)
+    usual = periods < _LARGEST_STEP * float(np.median(periods))
+    whole = usual[:-2] & usual[1:-1] & usual[2:]
+    squares = np.concatenate([np.diff(signal, 3)[whole] ** 2 for signal in signals])
+    # A robust mean: steps of the command show in a few differences only.
+    variance = _trimmed_mean(squares) / _OF_THIRD_DIFFERENCES
+    sigma = math.sqrt(variance)
+    relative = math.sqrt((1.0 + _CORRELATION) / (2.0 * max(1, len(squares))))
+    return Estimate(sigma, _NORMAL_95 * relative * sigma, unit)
+
+
+def _trimmed_mean(squares: Array) -> float:
+    """Mean of squares of a normal variable without the largest hundredth, made good for it."""
+    limit = float(np.quantile(squares, 0.99))
+    kept = squares[squares <= limit]
+    return float(np.mean(kept)) / 0.9253 if len(kept) else 0.0
+
+
+def _density(fitted: FittedScatter) -> Estimate:
+    assert isinstance(fitted.scatter, VelocityScatter)
+    return Estimate(fitted.scatter.density, fitted.half_widths[1], "m/s²/√Hz")
+
+
+def _three(values: list[Estimate]) -> _Three:
+    x, y, z = values
+    return (x, y, z)

@@ -1,0 +1,44 @@
+"""The parts of a recording, by the names that the flight gave them."""
+
+import numpy as np
+import numpy.typing as npt
+
+from companion.identification.estimates import UnidentifiedError
+from companion.identification.recording import Recording
+
+Rows = npt.NDArray[np.intp]
+
+_LEAST_SAMPLES = 100
+_LARGEST_GAP_S = 0.3
+
+
+def require(recording: Recording, name: str) -> Rows:
+    """Rows of a part that must be there.
+
+    Raises:
+        UnidentifiedError: it is not, or is too short.
+    """
+    rows = np.flatnonzero(recording.segment == name)
+    if len(rows) < _LEAST_SAMPLES:
+        raise UnidentifiedError(
+            f"the recording has {len(rows)} samples of the part '{name}', and at least "
+            f"{_LEAST_SAMPLES} are needed: the flight was ended early. Fly it to its end"
+        )
+    return rows
+
+
+def stretches(recording: Recording, name: str) -> list[Rows]:
+    """Runs of rows of a part without a break, those that are long enough to tell anything."""
+    rows = np.flatnonzero(recording.segment == name)
+    if len(rows) == 0:
+        return []
+    breaks = (np.diff(rows) > 1) | (np.diff(recording.time_s[rows]) > _LARGEST_GAP_S)
+    runs = np.split(rows, np.flatnonzero(breaks) + 1)
+    return [run for run in runs if len(run) >= _LEAST_SAMPLES // 2]
+
+
+def thinned(runs: list[Rows], most: int) -> list[Rows]:
+    """Every second, third, … row of each run, so that no more than `most` are left in all."""
+    total = sum(len(run) for run in runs)
+    every = max(1, -(-total // most))
+    return [run[::every] for run in runs]
