@@ -41,7 +41,7 @@ PERIOD_S = 0.03
 ASSUMED_NOISE = NoiseConfig(
     position_m=(0.001, 0.001, 0.001),
     velocity_m_s=(0.015, 0.015, 0.015),
-    acceleration_m_s2_sqrt_hz=(0.03, 0.03, 0.03),
+    acceleration_m_s2_sqrt_hz=(0.01, 0.01, 0.01),
     tilt_rad=0.001,
 )
 """Of a motion-capture system in a room: where nothing is known of a vehicle's own."""
