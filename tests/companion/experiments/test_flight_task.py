@@ -66,6 +66,7 @@ def test_every_field_of_a_task_changes_its_key(tmp_path):
         replace(TASK, settings=(("vehicle.hover_thrust", "0.45"),)),
         replace(TASK, sensors="exact"),
         replace(TASK, airborne=False),
+        replace(TASK, packet_loss=0.1),
         replace(TASK, shim_vehicle=str(plant)),
     ]
 

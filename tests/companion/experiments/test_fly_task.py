@@ -47,6 +47,7 @@ def test_the_figures_are_those_of_a_flight_that_was_logged_to_files(task, table,
     assert table.mean_error_m == pytest.approx(logged.against_truth.mean_m, rel=1e-10)
     assert table.rms_error_m == pytest.approx(logged.against_truth.rms_m, rel=1e-10)
     assert table.max_error_m == pytest.approx(logged.against_truth.max_m, rel=1e-10)
+    assert table.reported_mean_error_m == pytest.approx(logged.as_reported.mean_m, rel=1e-10)
     assert table.wind_peak_m_s2 == logged.wind_peak_m_s2
     assert (table.outcome, table.fallbacks) == (outcome.outcome, outcome.fallbacks)
     engaged = data.ticks.phase != "hold"
@@ -84,6 +85,18 @@ def test_columns_agree_with_each_other(table):
         assert columns[f"r1_{axis}_m_s"][known] == pytest.approx(r1[known], abs=1e-9)
 
 
+def test_the_peak_height_error_is_that_of_the_scored_part(table):
+    columns = table.columns
+    scored = (columns["time_s"] >= 0.0) & (columns["time_s"] <= table.scored_s)
+    for peak, stem in (
+        (table.peak_height_error_m, "true_position_z_m"),
+        (table.reported_peak_height_error_m, "position_z_m"),
+    ):
+        errors = np.abs(columns["desired_z_m"] - columns[stem])[scored]
+        assert peak == np.nanmax(errors)
+        assert 0.001 < peak < table.max_error_m + 0.005
+
+
 def test_a_flight_is_the_same_each_time_and_another_with_another_seed(task, table):
     assert fly_task(task).mean_error_m == table.mean_error_m
     assert fly_task(replace(task, seed=6)).mean_error_m != table.mean_error_m
@@ -103,6 +116,7 @@ def test_a_vehicle_that_is_lost_is_a_result(task, monkeypatch):
     assert lost.outcome == "aborted"
     assert "Nothing was heard" in lost.note
     assert (lost.mean_error_m, lost.rms_error_m, lost.max_error_m) == (math.inf,) * 3
+    assert lost.reported_mean_error_m == math.inf
     assert 0.5 < lost.flown_s < 3.5
     assert lost.scored_s == pytest.approx(4.0)
 
