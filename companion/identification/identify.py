@@ -45,7 +45,9 @@ def identify(recording: Recording, *, thrust_curve: float = 0.0) -> Identified:
         hover_thrust=hover,
         loop_delay_s=delay,
         loop_delay_jitter_s=jitter,
-        noise_estimates=fit_noise(recording, (*push.scatters, vertical)),
+        noise_estimates=fit_noise(
+            recording, (*push.scatters, vertical), (roll.scatter, pitch.scatter)
+        ),
         trim_roll_rad=push.trim_roll_rad,
         trim_pitch_rad=push.trim_pitch_rad,
         curves=(roll.curve, pitch.curve, curve, *push.curves),

@@ -103,10 +103,12 @@ def fit_lift(recording: Recording, thrust_curve: float = 0.0) -> LiftFit:
         high=np.array([0.5, 0.3, 3.0 * hover, 2.0, 4.0]),
     )
     scatter = FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0))
+    begin: Scatter | None = None
     for _ in range(_ROUNDS):
         solution = solve(model.whitened_misfit(parameters.start, runs, scatter.scatter), parameters)
         parameters = Parameters(solution.values, parameters.steps, parameters.low, parameters.high)
-        scatter = likeliest(VelocityScatter, model.residuals(solution.values, runs))
+        scatter = likeliest(VelocityScatter, model.residuals(solution.values, runs), begin)
+        begin = scatter.scatter
     solution = solve(model.whitened_misfit(parameters.start, runs, scatter.scatter), parameters)
     _refuse(solution.values, parameters)
     covariance = inverse_information(solution.jacobian)

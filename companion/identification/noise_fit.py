@@ -12,8 +12,9 @@ import math
 import numpy as np
 
 from companion.identification.estimates import Estimate, NoiseEstimates
+from companion.identification.parts import require
 from companion.identification.recording import Array, Recording
-from companion.identification.scatter import FittedScatter, VelocityScatter
+from companion.identification.scatter import FittedScatter, LoopScatter, VelocityScatter
 from companion.identification.signals import roll_pitch_rad, since_begin_s
 
 _OF_THIRD_DIFFERENCES = 20.0
@@ -21,19 +22,30 @@ _OF_THIRD_DIFFERENCES = 20.0
 _CORRELATION = 2.0 * (15.0**2 + 6.0**2 + 1.0) / 20.0**2
 """Sum of their squared autocorrelations to both sides, beyond 1."""
 _NORMAL_95 = 1.96
+_WALK_IN_THIRD_DIFFERENCES = 6.0
+"""1 + 4 + 1, of a walk's variance per sample."""
+_LEAST_SHARE = 0.01
+_KEPT_OF_VARIANCE = 0.9248
+"""Of a normal variable without the hundredth that is furthest from 0."""
 _LARGEST_STEP = 1.6
 """Of the usual period: across a longer one nothing is told."""
 _Three = tuple[Estimate, Estimate, Estimate]
 
 
 def fit_noise(
-    recording: Recording, scatters: tuple[FittedScatter, FittedScatter, FittedScatter]
+    recording: Recording,
+    scatters: tuple[FittedScatter, FittedScatter, FittedScatter],
+    tilts: tuple[FittedScatter, FittedScatter],
 ) -> NoiseEstimates:
     """The noise of the reported state.
 
     Args:
         recording: any.
         scatters: of the velocity along x, y and z, from the fits.
+        tilts: of roll and pitch.
+
+    Raises:
+        UnidentifiedError: there is no hover.
     """
     times = since_begin_s(recording)
     velocity = recording.velocity_enu_m_s
@@ -41,32 +53,58 @@ def fit_noise(
     way = np.cumsum(0.5 * steps * (velocity[1:] + velocity[:-1]), axis=0)
     beyond = recording.position_enu_m - np.concatenate([np.zeros((1, 3)), way])
     roll, pitch = roll_pitch_rad(recording)
+    quiet = require(recording, "hover")
     return NoiseEstimates(
         position_m=_three([_white([beyond[:, k]], times, "m") for k in range(3)]),
-        velocity_m_s=_three([_white([velocity[:, k]], times, "m/s") for k in range(3)]),
+        velocity_m_s=_three(
+            [_white([velocity[:, k]], times, "m/s", _walk(scatters[k])) for k in range(3)]
+        ),
         acceleration_m_s2_sqrt_hz=_three([_density(scatter) for scatter in scatters]),
-        tilt_rad=_white([roll, pitch], times, "rad"),
+        tilt_rad=_white([roll[quiet], pitch[quiet]], times[quiet], "rad", _wander(tilts)),
     )
 
 
-def _white(signals: list[Array], times_s: Array, unit: str) -> Estimate:
-    """Standard deviation of the white part that signals have in common."""
+def _white(signals: list[Array], times_s: Array, unit: str, walk: float = 0.0) -> Estimate:
+    """Standard deviation of the white part that signals have in common.
+
+    Args:
+        signals: (n,) each.
+        times_s: (n,)
+        unit: of the signals.
+        walk: variance per second of a random walk in them, whose share is taken off.
+    """
     periods = np.diff(times_s)
     usual = periods < _LARGEST_STEP * float(np.median(periods))
     whole = usual[:-2] & usual[1:-1] & usual[2:]
     squares = np.concatenate([np.diff(signal, 3)[whole] ** 2 for signal in signals])
     # A robust mean: steps of the command show in a few differences only.
-    variance = _trimmed_mean(squares) / _OF_THIRD_DIFFERENCES
+    whole_mean = _trimmed_mean(squares)
+    of_walk = _WALK_IN_THIRD_DIFFERENCES * walk * float(np.median(periods))
+    variance = max(whole_mean - of_walk, _LEAST_SHARE * whole_mean) / _OF_THIRD_DIFFERENCES
     sigma = math.sqrt(variance)
-    relative = math.sqrt((1.0 + _CORRELATION) / (2.0 * max(1, len(squares))))
-    return Estimate(sigma, _NORMAL_95 * relative * sigma, unit)
+    relative = math.sqrt(2.0 * (1.0 + _CORRELATION) / max(1, len(squares)))
+    spread = relative * whole_mean / _OF_THIRD_DIFFERENCES
+    return Estimate(sigma, _NORMAL_95 * spread / max(2.0 * sigma, 1e-12), unit)
 
 
 def _trimmed_mean(squares: Array) -> float:
     """Mean of squares of a normal variable without the largest hundredth, made good for it."""
     limit = float(np.quantile(squares, 0.99))
     kept = squares[squares <= limit]
-    return float(np.mean(kept)) / 0.9253 if len(kept) else 0.0
+    return float(np.mean(kept)) / _KEPT_OF_VARIANCE if len(kept) else 0.0
+
+
+def _walk(fitted: FittedScatter) -> float:
+    assert isinstance(fitted.scatter, VelocityScatter)
+    return fitted.scatter.density**2
+
+
+def _wander(fitted: tuple[FittedScatter, FittedScatter]) -> float:
+    walks = []
+    for one in fitted:
+        assert isinstance(one.scatter, LoopScatter)
+        walks.append(2.0 * one.scatter.wander**2 / one.scatter.correlation_s)
+    return sum(walks) / len(walks)
 
 
 def _density(fitted: FittedScatter) -> Estimate:

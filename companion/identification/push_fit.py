@@ -22,6 +22,7 @@ from companion.identification.recording import Array, Recording
 from companion.identification.scatter import (
     FittedScatter,
     Residual,
+    Scatter,
     VelocityScatter,
     factor,
     likeliest,
@@ -74,12 +75,14 @@ def fit_push(recording: Recording) -> PushFit:
         FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0)),
     )
     solved = data.solve(scatters)
+    begins: tuple[Scatter | None, Scatter | None] = (None, None)
     for _ in range(_ROUNDS):
         data.take_speed_of(solved)
         scatters = (
-            likeliest(VelocityScatter, data.residuals(solved, 0)),
-            likeliest(VelocityScatter, data.residuals(solved, 1)),
+            likeliest(VelocityScatter, data.residuals(solved, 0), begins[0]),
+            likeliest(VelocityScatter, data.residuals(solved, 1), begins[1]),
         )
+        begins = (scatters[0].scatter, scatters[1].scatter)
         solved = data.solve(scatters)
     along, across, linear, quadratic = solved.values.tolist()
     gain = math.hypot(along, across)

@@ -10,7 +10,7 @@ maximum likelihood (Rasmussen & Williams 2006, eq. 2.30, with a flat prior on th
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -41,13 +41,22 @@ class VelocityScatter:
 
     def covariance(self, times_s: Array) -> Array:
         """(n, n) covariance of samples at (n,) times."""
-        lags = np.abs(times_s[:, None] - times_s[None, :])
-        omega, mean = self.restoring_rad_s, _DAMPING * self.restoring_rad_s
-        ringing = omega * math.sqrt(1.0 - _DAMPING**2)
+        mean = _DAMPING * self.restoring_rad_s
+        ringing = self.restoring_rad_s * math.sqrt(1.0 - _DAMPING**2)
         variance = self.density**2 / (4.0 * mean)
-        walk = variance * np.exp(-mean * lags)
-        walk *= np.cos(ringing * lags) - mean / ringing * np.sin(ringing * lags)
-        return walk + self.white**2 * np.eye(len(times_s))
+        # e^(-m (t-s)) (cos w(t-s) - m/w sin w(t-s)) for t >= s is a sum of products of functions of
+        # t and of s: one product of matrices in place of n² sines.
+        since_s = times_s - times_s[0]
+        cosine, sine = np.cos(ringing * since_s), np.sin(ringing * since_s)
+        share = mean / ringing
+        later = np.exp(-mean * since_s)[:, None] * np.stack(
+            [cosine - share * sine, sine + share * cosine], axis=1
+        )
+        sooner = np.exp(mean * since_s)[:, None] * np.stack([cosine, sine], axis=1)
+        lower = np.tril(variance * (later @ sooner.T), -1)
+        covariance: Array = lower + lower.T
+        covariance[np.diag_indices_from(covariance)] = variance + self.white**2
+        return covariance
 
     @staticmethod
     def starts(rms: float) -> tuple[tuple[float, float, float], ...]:
@@ -133,7 +142,9 @@ def whitened(lower: Array, columns: Array) -> Array:
 
 
 def likeliest(
-    kind: type[VelocityScatter] | type[LoopScatter], data: list[Residual]
+    kind: type[VelocityScatter] | type[LoopScatter],
+    data: list[Residual],
+    begin: Scatter | None = None,
 ) -> FittedScatter:
     """Find the sizes that make the residuals likeliest.
 
@@ -141,6 +152,7 @@ def likeliest(
         kind: of scatter.
         data: stretches that are taken as independent of each other; thin them out before, the
             effort grows with the cube of their lengths.
+        begin: where to begin; None: where the size of the residuals suggests.
     """
     from scipy.optimize import minimize
 
@@ -157,8 +169,14 @@ def likeliest(
         return total
 
     bounds = [(math.log(low), math.log(high)) for _, low, high in table]
-    start = np.log([begin for begin, *_ in table])
-    found = minimize(cost, start, method="L-BFGS-B", bounds=bounds, options={"eps": 1e-4})
+    sizes = [first for first, *_ in table] if begin is None else astuple(begin)
+    found = minimize(
+        cost,
+        np.clip(np.log(sizes), *np.transpose(bounds)),
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"eps": 1e-4, "ftol": 1e-6, "maxiter": 60},
+    )
     best = np.asarray(found.x)
     white, size, time = np.exp(best).tolist()
     spread = _logarithmic_spread(cost, best)
