@@ -66,7 +66,8 @@ def fly(
     wind: Annotated[
         str | None,
         typer.Option(
-            help="Wind of the embedded shim: calm, fan, gusts, wind3, or a scenario's YAML file.",
+            help="Wind of the embedded shim: calm, fan, gusts, wind3, payload-drop, gust-front, "
+            "weak-motor, or a scenario's YAML file.",
             metavar="NAME|FILE",
         ),
     ] = None,
@@ -585,7 +586,8 @@ def compare(
     wind: Annotated[
         list[str] | None,
         typer.Option(
-            help="Wind: calm (default), fan, gusts, wind3, or a scenario's YAML file. May be "
+            help="Wind: calm (default), fan, gusts, wind3, a sudden event (payload-drop, "
+            "gust-front, weak-motor), or a scenario's YAML file. May be "
             "repeated.",
             metavar="NAME|FILE",
         ),
