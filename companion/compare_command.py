@@ -1,6 +1,7 @@
 """What ``companion compare`` does: fly controllers side by side, tell, draw, write."""
 
 import json
+import shlex
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -74,7 +75,7 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
     events = event_flights(planned, summaries, request.out, request.against)
     comparison = Comparison(
         vehicle=flown_vehicle(grid),
-        autopilot=request.autopilot or "px4",
+        autopilot="ardupilot" if request.autopilot == "ardupilot" else "px4",
         setpoint=request.setpoint or "attitude",
         sensors=request.sensors,
         against=request.against,
@@ -123,20 +124,22 @@ def _said(trajectory: int | str) -> str:
 
 def _command(request: CompareRequest) -> str:
     """The command line that makes the comparison again."""
-    words = ["companion compare", *request.controllers, f"--vehicle {request.vehicle}"]
-    for option, value in (
+    options: list[tuple[str, str | None]] = [
+        ("vehicle", request.vehicle),
         ("autopilot", request.autopilot),
         ("setpoint", request.setpoint),
         ("sensors", request.sensors),
-    ):
-        words += [] if value is None else [f"--{option} {value}"]
-    words.append("--traj " + ",".join(str(trajectory) for trajectory in request.trajectories))
-    words += [f"--wind {wind}" for wind in request.winds]
-    words += [f"--perturb {name}" for name in request.perturb]
-    words.append(f"--seeds {request.seeds}")
-    words += [f"--set {setting}" for setting in request.settings]
-    words += ["--against reported"] if request.against == "reported" else []
-    return " ".join([*words, *(["--whole"] if request.whole else [])])
+        ("traj", ",".join(str(trajectory) for trajectory in request.trajectories)),
+        *(("wind", wind) for wind in request.winds),
+        *(("perturb", name) for name in request.perturb),
+        ("seeds", str(request.seeds)),
+        *(("set", setting) for setting in request.settings),
+        ("against", None if request.against == "truth" else request.against),
+    ]
+    words = ["companion", "compare", *request.controllers]
+    for name, value in options:
+        words += [] if value is None else [f"--{name}", value]
+    return shlex.join([*words, *(["--whole"] if request.whole else [])])
 
 
 def _write(comparison: Comparison, folder: Path) -> None:

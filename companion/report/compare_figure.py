@@ -9,7 +9,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from companion.report.compare_results import NOMINAL, Cell, Comparison
+from companion.report.compare_results import NOMINAL, Cell, Comparison, file_name
 
 _COLOURS = ("#7f8c8d", "#1f6fb4", "#e08214", "#5aae61", "#9970ab", "#35978f")
 """The first controller, to which all are compared, is grey."""
@@ -58,7 +58,8 @@ def draw_comparison(comparison: Comparison, path: Path) -> None:
         first = first or axes
         _prepare(axes, comparison, rows, limits, labelled=k == 0)
         _scale(axes, limits, panel_px)
-        axes.set_title("" if wind is None else wind, fontsize=11, loc="left", fontweight="bold")
+        title = "" if wind is None else file_name(wind)
+        axes.set_title(title, fontsize=11, loc="left", fontweight="bold")
         for index, controller in enumerate(comparison.controllers):
             _draw_controller(axes, comparison, controller, index, wind, rows, limits)
     _legend(figure, comparison, height)
@@ -72,7 +73,7 @@ def _rows(comparison: Comparison) -> list[tuple[str, str]]:
     """Name and text of each row, from the top."""
     if len(comparison.perturbations) > 1:
         return [(p.name, p.says) for p in comparison.perturbations]
-    return [(wind, wind) for wind in comparison.winds]
+    return [(wind, file_name(wind)) for wind in comparison.winds]
 
 
 def _cells(comparison: Comparison, controller: str, wind: str | None) -> list[Cell]:

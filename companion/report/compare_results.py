@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from companion.report.recovery_cell import RecoveryCell
 
@@ -137,6 +138,11 @@ def make_cell(controller: str, wind: str, perturbation: str, flights: Sequence[F
         _mean(slews) if slews else math.nan,
         max(heights, default=math.nan),
     )
+
+
+def file_name(name_or_path: str) -> str:
+    """What a reader calls a scenario: its name, or its file's without folder and suffix."""
+    return Path(name_or_path).stem if name_or_path.endswith((".yaml", ".yml")) else name_or_path
 
 
 def ratio(value: float, of: float) -> float:

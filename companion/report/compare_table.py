@@ -7,7 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from companion.report.compare_results import NOMINAL, Cell, Comparison, ratio
+from companion.report.compare_results import NOMINAL, Cell, Comparison, file_name, ratio
 
 _MM = 1e3
 
@@ -48,7 +48,7 @@ def compare_table(comparison: Comparison) -> RenderableType:
 
 
 def _row(comparison: Comparison, cell: Cell, *, first: bool) -> list[RenderableType]:
-    row: list[RenderableType] = [cell.wind if first else ""]
+    row: list[RenderableType] = [file_name(cell.wind) if first else ""]
     perturbed = len(comparison.perturbations) > 1
     if perturbed:
         row.append(cell.perturbation if first else "")

@@ -1,6 +1,7 @@
 import io
 import math
 import struct
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
@@ -9,7 +10,13 @@ from companion.report.compare_figure import draw_comparison
 from companion.report.compare_record import comparison_object
 from companion.report.compare_results import make_cell, ratio
 from companion.report.compare_table import compare_table
-from tests.companion.report.synthetic_comparison import ERRORS_MM, NOMINAL, comparison, flown
+from tests.companion.report.synthetic_comparison import (
+    ERRORS_MM,
+    LAG,
+    NOMINAL,
+    comparison,
+    flown,
+)
 
 
 def test_the_mean_is_that_of_the_trajectories_and_its_spread_that_of_the_seeds():
@@ -31,8 +38,6 @@ def test_a_lost_flight_leaves_no_mean_and_one_seed_no_spread():
 
 def test_a_flight_that_tracked_and_then_did_not_land_is_lost():
     assert flown(1, 1, 8).lost is False
-    from dataclasses import replace
-
     assert replace(flown(1, 1, 8), outcome="aborted").lost
     assert not replace(flown(1, 1, 8), outcome="landed").lost
 
@@ -82,24 +87,6 @@ def test_the_table_leaves_out_what_there_is_not():
     assert "× mpc-l1" not in alone
 
 
-def test_the_record_is_plain_and_has_no_figure_where_there_is_none():
-    record = comparison_object(comparison())
-    lost = next(c for c in record["cells"] if c["lost"])
-    assert lost["mean_error_m"] is None
-    assert lost["flights"][3]["note"] == "The geofence was left."
-    assert record["cells"][1]["ratio_to_nominal"] == pytest.approx(1.5)
-
-
-CASES = {
-    "perturbations and winds": comparison(),
-    "winds alone": comparison(
-        {key: errors[:1] for key, errors in ERRORS_MM.items()}, perturbations=(NOMINAL,)
-    ),
-    "one controller": comparison({("mpc-l1", "calm"): ERRORS_MM["mpc-l1", "calm"]}),
-    "nothing but losses": comparison({("mpc-l1", "calm"): (math.inf,) * 3}),
-}
-
-
 @pytest.fixture
 def texts(monkeypatch):
     """What stands on the figures that are drawn."""
@@ -118,6 +105,32 @@ def texts(monkeypatch):
 
     monkeypatch.setattr(Figure, "savefig", savefig)
     return found
+
+
+def test_a_scenario_that_is_a_file_is_told_without_its_folder(tmp_path, texts):
+    errors = {("mpc-l1", "a/long/way/storm.yaml"): (20.0, 25.0)}
+    made = comparison(errors, (NOMINAL, LAG))
+    draw_comparison(made, tmp_path / "compare.png")
+    assert "storm" in [text.get_text() for text in texts[0][:-1]]
+    assert "│ storm │ nominal" in printed(made)
+
+
+def test_the_record_is_plain_and_has_no_figure_where_there_is_none():
+    record = comparison_object(comparison())
+    lost = next(c for c in record["cells"] if c["lost"])
+    assert lost["mean_error_m"] is None
+    assert lost["flights"][3]["note"] == "The geofence was left."
+    assert record["cells"][1]["ratio_to_nominal"] == pytest.approx(1.5)
+
+
+CASES = {
+    "perturbations and winds": comparison(),
+    "winds alone": comparison(
+        {key: errors[:1] for key, errors in ERRORS_MM.items()}, perturbations=(NOMINAL,)
+    ),
+    "one controller": comparison({("mpc-l1", "calm"): ERRORS_MM["mpc-l1", "calm"]}),
+    "nothing but losses": comparison({("mpc-l1", "calm"): (math.inf,) * 3}),
+}
 
 
 @pytest.mark.parametrize("made", CASES.values(), ids=CASES)
