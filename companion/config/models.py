@@ -8,6 +8,7 @@ from companion.config.base import NonNegative, PerAxis, Positive, Section, Vecto
 from companion.config.link_models import LinkConfig
 from companion.config.mocap_models import MocapConfig
 from companion.config.monitor_models import MonitorConfig, Switches
+from companion.config.plus_models import PlusConfig
 from companion.config.preflight_models import PreflightConfig
 
 
@@ -234,7 +235,7 @@ class YawConfig(Section):
     )
 
 
-Framework = Literal["mpc-l1", "pid-l1", "lqr-l1", "l1", "mpc-pid", "pid"]
+Framework = Literal["mpc-l1", "pid-l1", "lqr-l1", "l1", "mpc-pid", "pid", "mpc-l1-plus"]
 
 FRAMEWORK_SECTIONS: dict[Framework, tuple[str, ...]] = {
     "mpc-l1": ("mpc", "l1"),
@@ -243,6 +244,7 @@ FRAMEWORK_SECTIONS: dict[Framework, tuple[str, ...]] = {
     "l1": ("l1",),
     "mpc-pid": ("mpc", "mpc_model", "inner_pid"),
     "pid": ("inner_pid",),
+    "mpc-l1-plus": ("plus",),
 }
 """The sections of gains that each framework reads."""
 
@@ -260,6 +262,7 @@ class ControllerConfig(Section):
     outer_pid: OuterPidConfig | None = Field(default=None, description="r2 = y2* + PID(y2* - y2).")
     lqr: LqrConfig | None = None
     inner_pid: PidConfig | None = Field(default=None, description="u = PID(r2 - y2).")
+    plus: PlusConfig | None = Field(default=None, description="MPC-L1+.")
     thrust: ThrustConfig = ThrustConfig()
     yaw: YawConfig = YawConfig()
     fallback: str | None = Field(

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 
 GRAVITY_M_S2 = 9.80665
+_LEAST_COSINE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,19 +100,61 @@ def step(
         integral += gains.integral * error * dt_s
         integral = max(-limit, min(limit, integral))
     acceleration = max(-limit, min(limit, acceleration))
-    cosine = max(0.5, tilt_cosine)
-    wanted = estimated.hover_force * (1.0 + acceleration / GRAVITY_M_S2) / cosine
-    low = force_from_thrust(gains.minimum_thrust, gains.thrust_curve)
-    high = force_from_thrust(gains.maximum_thrust, gains.thrust_curve)
-    force = max(low, min(high, wanted))
+    force, missed = _force(gains, estimated.hover_force, acceleration, tilt_cosine)
     advanced = replace(
         estimated,
         integral_m_s2=integral,
-        vertical_force=force * cosine,
+        vertical_force=force * max(_LEAST_COSINE, tilt_cosine),
         last_climb_rate_m_s=climb_rate_m_s,
-        saturated=force != wanted,
+        saturated=missed != 0.0,
     )
     return advanced, thrust_from_force(force, gains.thrust_curve)
+
+
+def accelerate(
+    gains: ThrustGains,
+    memory: ThrustMemory,
+    acceleration_m_s2: float,
+    climb_rate_m_s: float,
+    tilt_cosine: float,
+    dt_s: float,
+) -> tuple[ThrustMemory, float, float]:
+    """Advance by one sample for a controller that asks for vertical acceleration itself.
+
+    Args:
+        gains: the gains; those of the climb-rate loop are not used.
+        memory: from `start` or from the sample before.
+        acceleration_m_s2: wanted, up positive, beside what carries the weight.
+        climb_rate_m_s: measured.
+        tilt_cosine: of the attitude in effect; at least 0.5 is used.
+        dt_s: time since the sample before, s.
+
+    Returns:
+        The new memory, the thrust field 0..1, and the acceleration that its limits leave.
+    """
+    estimated = _estimate_hover(gains, memory, climb_rate_m_s, dt_s)
+    force, missed = _force(gains, estimated.hover_force, acceleration_m_s2, tilt_cosine)
+    advanced = replace(
+        estimated,
+        vertical_force=force * max(_LEAST_COSINE, tilt_cosine),
+        last_climb_rate_m_s=climb_rate_m_s,
+        saturated=missed != 0.0,
+    )
+    lost = GRAVITY_M_S2 * missed * max(_LEAST_COSINE, tilt_cosine) / estimated.hover_force
+    return advanced, thrust_from_force(force, gains.thrust_curve), acceleration_m_s2 - lost
+
+
+def _force(
+    gains: ThrustGains, hover_force: float, acceleration_m_s2: float, tilt_cosine: float
+) -> tuple[float, float]:
+    """Force share along the body for a vertical acceleration, and what the limits took of it."""
+    wanted = (
+        hover_force * (1.0 + acceleration_m_s2 / GRAVITY_M_S2) / max(_LEAST_COSINE, tilt_cosine)
+    )
+    low = force_from_thrust(gains.minimum_thrust, gains.thrust_curve)
+    high = force_from_thrust(gains.maximum_thrust, gains.thrust_curve)
+    force = max(low, min(high, wanted))
+    return force, wanted - force
 
 
 def _estimate_hover(

@@ -60,6 +60,28 @@ class ThrustLaw(Protocol):
         """The field that is reckoned to hover; NaN for a law that needs none."""
 
 
+class AccelerationLaw(ThrustLaw, Protocol):
+    """A thrust law that can be asked for a vertical acceleration, too."""
+
+    def accelerate(
+        self,
+        memory: Any,  # noqa: ANN401
+        acceleration_m_s2: float,
+        climb_rate_m_s: float,
+        tilt_cosine: float,
+        dt_s: float,
+    ) -> tuple[Any, float, float]:
+        """The new memory, the field, and the acceleration that the limits leave.
+
+        Args:
+            memory: from `start` or from the sample before.
+            acceleration_m_s2: wanted beside what carries the weight, up positive.
+            climb_rate_m_s: measured.
+            tilt_cosine: of the attitude in effect when the thrust acts.
+            dt_s: since the sample before, s.
+        """
+
+
 @dataclass(frozen=True, slots=True)
 class CollectiveThrust:
     """The field is thrust along the body's vertical: the tilt is compensated here."""
@@ -82,6 +104,19 @@ class CollectiveThrust:
         """See `ThrustLaw`."""
         return thrust.step(
             self.gains, memory, climb_rate_command_m_s, climb_rate_m_s, tilt_cosine, dt_s
+        )
+
+    def accelerate(
+        self,
+        memory: ThrustMemory,
+        acceleration_m_s2: float,
+        climb_rate_m_s: float,
+        tilt_cosine: float,
+        dt_s: float,
+    ) -> tuple[ThrustMemory, float, float]:
+        """See `AccelerationLaw`."""
+        return thrust.accelerate(
+            self.gains, memory, acceleration_m_s2, climb_rate_m_s, tilt_cosine, dt_s
         )
 
     def hold(self, memory: ThrustMemory, climb_rate_m_s: float, tilt_cosine: float) -> float:
@@ -127,6 +162,21 @@ class VerticalThrust:
         )
         curve = self.loop.gains.thrust_curve
         return advanced, thrust.thrust_from_force(advanced.vertical_force, curve)
+
+    def accelerate(
+        self,
+        memory: ThrustMemory,
+        acceleration_m_s2: float,
+        climb_rate_m_s: float,
+        tilt_cosine: float,
+        dt_s: float,
+    ) -> tuple[ThrustMemory, float, float]:
+        """See `AccelerationLaw`."""
+        advanced, _, got = self.loop.accelerate(
+            memory, acceleration_m_s2, climb_rate_m_s, tilt_cosine, dt_s
+        )
+        curve = self.loop.gains.thrust_curve
+        return advanced, thrust.thrust_from_force(advanced.vertical_force, curve), got
 
     def hold(self, memory: ThrustMemory, climb_rate_m_s: float, tilt_cosine: float) -> float:
         """See `ThrustLaw`; what is sent along with it is level, which leaves nothing to divide."""

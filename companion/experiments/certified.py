@@ -5,7 +5,7 @@ from companion.config.resolve import FlightConfig
 from companion.config.yaml_source import ConfigError
 from companion.control.inner import L1Controller
 from companion.control.interfaces import OuterController
-from companion.flight.assemble import make_stack
+from companion.flight.assemble import make_paper_stack
 from companion.theory.certificate import Subject
 from companion.theory.envelope import Air, ThrustLoop
 
@@ -59,6 +59,6 @@ def _unlimited(config: FlightConfig) -> tuple[L1Controller, OuterController]:
     if controller.mpc is not None:
         mpc = controller.mpc.model_copy(update={"r_max_m_s2": _FAR})
         controller = controller.model_copy(update={"mpc": mpc})
-    stack = make_stack(controller, vehicle, mission)
+    stack = make_paper_stack(controller, vehicle, mission)
     assert isinstance(stack.inner, L1Controller)
     return stack.inner, stack.outer

@@ -49,7 +49,7 @@ from companion.experiments.timed_flights import (
     TimedFlight,
     Timing,
 )
-from companion.flight.assemble import make_stack, make_trajectory
+from companion.flight.assemble import make_paper_stack, make_trajectory
 
 MethodName = Literal[
     "linear", "linear_bounded", "linear_stack", "nonlinear_ipopt", "nonlinear_sqp", "nonlinear_rti"
@@ -203,7 +203,7 @@ def _flights(
     def vehicle() -> SimulatedVehicle:
         return SimulatedVehicle(trajectory, np.random.default_rng(np.random.SeedSequence(seed)))
 
-    stack = make_stack(config.controller, config.vehicle, config.mission)
+    stack = make_paper_stack(config.controller, config.vehicle, config.mission)
     mpc = stack.outer
     assert isinstance(mpc, Mpc)
     slow = tuple(_BINDING_SHARE * limit for limit in mpc.settings.velocity_limit_m_s)

@@ -16,6 +16,7 @@ from companion.config.models import (
 from companion.config.yaml_source import ConfigError
 from companion.control.attitude import AttitudeGains
 from companion.control.feedback import FeedbackController, direct
+from companion.control.flight_stack import FlightStack
 from companion.control.frameworks import Limits, Stack
 from companion.control.inner import L1Controller, PidController, y_tilde_bounds_m_s
 from companion.control.interfaces import InnerController, OuterController
@@ -36,6 +37,7 @@ from companion.control.thrust_laws import (
 )
 from companion.control.transfer_function import TransferFunction, first_order
 from companion.control.yaw import YawGains
+from companion.flight.assemble_plus import make_plus_stack
 from companion.flight.setpoints.placement import (
     PlacedTrajectory,
     Placement,
@@ -102,7 +104,7 @@ def make_stack(
     *,
     thrust: ThrustMeaning = COLLECTIVE,
     cautious: bool = False,
-) -> Stack:
+) -> FlightStack:
     """The stack of control laws that a controller's file describes.
 
     Args:
@@ -117,6 +119,38 @@ def make_stack(
         ConfigError: transfer functions or weights that the laws are not made for, or setpoints
             of body rates without an attitude loop.
     """
+    if controller.plus is not None:
+        return make_plus_stack(
+            controller,
+            vehicle,
+            mission,
+            _thrust_law(controller.thrust, vehicle, thrust),
+            thrust,
+            attitude_gains(vehicle) if mission.setpoint == "rates" else None,
+            make_solver or OsqpSolver,
+            cautious=cautious,
+        )
+    return make_paper_stack(controller, vehicle, mission, make_solver, thrust=thrust)
+
+
+def make_paper_stack(
+    controller: ControllerConfig,
+    vehicle: VehicleConfig,
+    mission: MissionConfig,
+    make_solver: QpSolverFactory | None = None,
+    *,
+    thrust: ThrustMeaning = COLLECTIVE,
+) -> Stack:
+    """The stack of an outer and an inner controller; arguments as for `make_stack`.
+
+    Raises:
+        ConfigError: the controller is none of these, or as for `make_stack`.
+    """
+    if controller.plus is not None:
+        raise ConfigError(
+            "this needs a controller of an outer and an inner loop, which mpc-l1-plus is not. "
+            "Name another one, mpc-l1 for instance."
+        )
     climb, descent = vehicle.climb_limit_m_s, vehicle.descent_limit_m_s
     if thrust.kind == "climb_rate":
         climb, descent = min(climb, thrust.climb_m_s), min(descent, thrust.descent_m_s)

@@ -9,7 +9,7 @@ from companion.config.models import ControllerConfig, MissionConfig, VehicleConf
 from companion.config.monitor_models import SwitchConfig
 from companion.config.relief import PLUS
 from companion.config.resolve import FlightConfig
-from companion.control.frameworks import Stack
+from companion.control.flight_stack import FlightStack
 from companion.control.monitor import MonitorLimits
 from companion.control.qp.port import QpSolverFactory
 from companion.flight.assemble import make_stack
@@ -25,7 +25,7 @@ class NamedStack:
     """A stack, and what a person calls it."""
 
     name: str
-    stack: Stack
+    stack: FlightStack
     level: Level = "nominal"
 
     def about(self, anchor_enu_m: Vector3) -> "NamedStack":
@@ -61,7 +61,7 @@ class Stacks:
         )
 
 
-def only(stack: Stack, name: str = "controller") -> Stacks:
+def only(stack: FlightStack, name: str = "controller") -> Stacks:
     """One stack and nothing else, unwatched."""
     return Stacks((NamedStack(name, stack),))
 
@@ -84,7 +84,7 @@ def make_stacks(
     """
     mission, vehicle = config.mission, config.vehicle
 
-    def made(controller: ControllerConfig, *, cautious: bool = False) -> Stack:
+    def made(controller: ControllerConfig, *, cautious: bool = False) -> FlightStack:
         return make_stack(
             controller, vehicle, mission, make_solver, thrust=thrust, cautious=cautious
         )
@@ -97,7 +97,8 @@ def make_stacks(
             )
         if controller.fallback is not None:
             fallback = config.others[controller.fallback]
-            rungs.append(NamedStack(controller.fallback, made(fallback), "robust"))
+            called = controller.fallback + (", fallback" if controller.fallback == name else "")
+            rungs.append(NamedStack(called, made(fallback), "robust"))
         return tuple(rungs)
 
     targets = {switch.controller for switch in mission.switch}

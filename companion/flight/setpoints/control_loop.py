@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from companion.control.frameworks import Command, Stack, StackRecord, Tick
+from companion.control.flight_stack import FlightStack
+from companion.control.frameworks import Command, StackRecord, Tick
 from companion.control.mpc import MpcRecord, MpcStatus
 from companion.control.reference_model import Array
 from companion.flight.setpoints.body_rates import BodyRates
@@ -59,7 +60,7 @@ class ControlLoop:
     autopilot waits for a stream before it changes the mode.
     """
 
-    def __init__(self, stacks: Stacks | Stack, limits: SupervisorLimits) -> None:
+    def __init__(self, stacks: Stacks | FlightStack, limits: SupervisorLimits) -> None:
         self.adopt(stacks, limits)
         self._supervisor = SupervisorMemory()
         self._timeline: Timeline | None = None
@@ -69,7 +70,7 @@ class ControlLoop:
         self.idle = False
         """While holding: no thrust.  For collective thrust, before take-off."""
 
-    def adopt(self, stacks: Stacks | Stack, limits: SupervisorLimits) -> None:
+    def adopt(self, stacks: Stacks | FlightStack, limits: SupervisorLimits) -> None:
         """Fly with other stacks and other limits from now on; only while holding.
 
         What a stack must be made of is known for certain only once the autopilot has been asked.

@@ -1,0 +1,75 @@
+"""The section `plus:` of a controller's file: MPC-L1+."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from companion.config.base import NonNegative, PerAxis, Positive, Section
+
+NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
+
+
+class LagConfig(Section):
+    """Learning of the attitude's lag in flight."""
+
+    forgetting_s: Positive = 4.0
+    prior: Positive = Field(
+        default=1.0,
+        description="Excitation, (m/s³)² s, that weighs as much as what was identified.",
+    )
+    least_scale: Annotated[float, Field(ge=0.3, le=1.0)] = Field(
+        default=0.6, description="Of the time constants of the attitude's response."
+    )
+    greatest_scale: Annotated[float, Field(ge=1.0, le=3.0)] = 2.2
+
+
+class MismatchConfig(Section):
+    """Learning of drag, tilt gain and heading in flight: how far each may be off, one sigma."""
+
+    forgetting_s: Positive = 8.0
+    drag_1_s: Positive = 0.2
+    gain: Positive = 0.1
+    heading_rad: Positive = 0.15
+    settling_s: Positive = Field(default=0.5, description="Low-pass on what was learnt.")
+    farthest: Positive = Field(default=3.0, description="Standard deviations that each may go.")
+
+
+class VerticalPlusConfig(Section):
+    """Of the vertical axis where the autopilot's own loop flies the climb rate."""
+
+    bandwidth_rad_s: Positive
+    rate_time_s: NonNegative
+    low_pass_rad_s: Positive
+    sigma_walk: Positive
+
+
+class PlusConfig(Section):
+    """Weights and bandwidths of MPC-L1+, per axis (x, y, z); its model is the vehicle's file's."""
+
+    bandwidth_rad_s: PerAxis = Field(
+        description="Of the feedback: ρ = bandwidth⁻⁴ on (u - u*)², bandwidth⁻² over a climb rate."
+    )
+    rate_time_s: NonNegativePerAxis = Field(
+        description="τ: weight ρ τ² on the squared rate of u - u*; keeps noise out of the command."
+    )
+    low_pass_rad_s: PerAxis = Field(description="C(s) on the adaptive estimate.")
+    sigma_walk: PerAxis = Field(
+        description="How quickly the disturbance is reckoned to change, m/s² per √s."
+    )
+    sigma_bound_m_s2: PerAxis = Field(default=(6.0, 6.0, 4.0), description="Of |σ̂|.")
+    climb_rate: VerticalPlusConfig | None = Field(
+        default=None,
+        description="In place of the above on z, where the thrust field is a climb rate.",
+    )
+    step_s: Annotated[float, Field(ge=0.01, le=0.1)] = Field(
+        default=0.04, description="Step of the plan."
+    )
+    horizon: Annotated[int, Field(ge=5, le=80)] = 25
+    tilt_rate_limit_rad_s: Annotated[float, Field(gt=0.0, le=8.0)] = Field(
+        default=4.0, description="Hard; of the commanded tilt."
+    )
+    lag: LagConfig | None = LagConfig()
+    mismatch: MismatchConfig | None = MismatchConfig()
+    caution: Annotated[float, Field(gt=0.1, le=1.0)] = Field(
+        default=0.6, description="On the bandwidths, in the variant that the monitor falls back to."
+    )

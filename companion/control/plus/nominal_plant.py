@@ -1,0 +1,149 @@
+"""The nominal plant of MPC-L1+: what was identified of a vehicle, axis by axis.
+
+Each world axis has the state (position, velocity, acceleration, its rate) and one input u:
+
+* ``acceleration`` (horizontal axes by tilt, the vertical one by thrust): u is the acceleration
+  that is asked for; ``p' = v``, ``v' = a - k v + σ``, ``a'' = ωn² (u - a) - 2 ζ ωn a'``;
+* ``climb_rate`` (the vertical axis where the autopilot flies the climb rate): u is that rate;
+  ``p' = v``, ``v' = a + σ``, ``a' = ωn² (u - v) - 2 ζ ωn a``.
+
+σ is the acceleration that the model does not explain: wind, trim, a load.  The dead time of each
+response lies before u.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+
+from companion.control.matrix_exponential import matrix_exponential
+from companion.control.reference_model import Array
+
+STATES = 4
+"""Position m, velocity m/s, acceleration m/s², its rate m/s³."""
+
+Interface = Literal["acceleration", "climb_rate"]
+
+_IDLE_1_S = 10.0
+"""Decay of the state that a climb-rate axis does not have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Actuation:
+    """How an axis answers its input: of second order behind a dead time, gain 1."""
+
+    natural_frequency_rad_s: float
+    damping: float
+    delay_s: float
+    interface: Interface = "acceleration"
+
+    def lagging(self, scale: float) -> "Actuation":
+        """The same response slowed down by a factor on its time constants."""
+        omega = self.natural_frequency_rad_s / scale
+        return Actuation(omega, self.damping, self.delay_s, self.interface)
+
+    @property
+    def lag_s(self) -> float:
+        """Delay of a slow signal through the response, beside its dead time: 2 ζ / ωn."""
+        return 2.0 * self.damping / self.natural_frequency_rad_s
+
+
+@dataclass(frozen=True, slots=True)
+class NominalPlant:
+    """A vehicle as identified."""
+
+    tilt: Actuation
+    """Of both horizontal axes."""
+    vertical: Actuation
+    linear_drag_1_s: float
+    """Of all axes whose interface is an acceleration."""
+    tilt_gain: float = 1.0
+    """Horizontal acceleration over the vertical force per mass times the tilt's tangent."""
+
+    @property
+    def axes(self) -> tuple[Actuation, Actuation, Actuation]:
+        """Of x, y, z."""
+        return self.tilt, self.tilt, self.vertical
+
+    def lagging(self, scale: float) -> "NominalPlant":
+        """The same vehicle with a slower attitude."""
+        return NominalPlant(
+            self.tilt.lagging(scale), self.vertical, self.linear_drag_1_s, self.tilt_gain
+        )
+
+
+def continuous(actuation: Actuation, drag_1_s: float) -> tuple[Array, Array]:
+    """A (4, 4) and B (4, 2) of an axis, its inputs u and σ."""
+    omega, zeta = actuation.natural_frequency_rad_s, actuation.damping
+    stiffness, friction = omega * omega, 2.0 * zeta * omega
+    a, b = np.zeros((STATES, STATES)), np.zeros((STATES, 2))
+    a[0, 1] = 1.0
+    a[1, 2] = 1.0
+    b[1, 1] = 1.0
+    if actuation.interface == "acceleration":
+        a[1, 1] = -drag_1_s
+        a[2, 3] = 1.0
+        a[3, 2], a[3, 3] = -stiffness, -friction
+        b[3, 0] = stiffness
+    else:
+        a[2, 1], a[2, 2] = -stiffness, -friction
+        a[3, 3] = -_IDLE_1_S
+        b[2, 0] = stiffness
+    return a, b
+
+
+@lru_cache(maxsize=2048)
+def discrete(plant: NominalPlant, time_us: int) -> tuple[Array, Array]:
+    """Zero-order hold over a time in microseconds: A (3, 4, 4) and B (3, 4, 2)."""
+    a_all, b_all = np.empty((3, STATES, STATES)), np.empty((3, STATES, 2))
+    for i, actuation in enumerate(plant.axes):
+        a, b = continuous(actuation, plant.linear_drag_1_s)
+        system = np.zeros((STATES + 2, STATES + 2))
+        system[:STATES, :STATES], system[:STATES, STATES:] = a, b
+        step = matrix_exponential(system * (time_us * 1e-6))
+        a_all[i], b_all[i] = step[:STATES, :STATES], step[:STATES, STATES:]
+    return a_all, b_all
+
+
+@dataclass(frozen=True, slots=True)
+class Acting:
+    """An input (3,) and the times (3,) from which on it acts, by axis, s."""
+
+    from_s: tuple[float, float, float]
+    u: tuple[float, float, float]
+
+
+def carry(
+    plant: NominalPlant,
+    state: Array,
+    sigma: Array,
+    from_s: float,
+    until_s: tuple[float, float, float],
+    acting: tuple[Acting, ...],
+) -> Array:
+    """The state (3, 4) at a time by axis, from one time for all, under the inputs meanwhile.
+
+    Args:
+        plant: whose model it is.
+        state: (3, 4) at `from_s`.
+        sigma: (3,) taken as constant.
+        from_s: time of the state.
+        until_s: by axis; where it is not later than `from_s`, the state stays.
+        acting: inputs in order of time; before the first one, that one acts.
+    """
+    carried = state.copy()
+    for i, end_s in enumerate(until_s):
+        now_s = from_s
+        x = carried[i]
+        for k, input_ in enumerate(acting):
+            until = acting[k + 1].from_s[i] if k + 1 < len(acting) else math.inf
+            span_us = 500 * round((min(until, end_s) - now_s) * 2e3)
+            if span_us <= 0:
+                continue
+            a, b = discrete(plant, span_us)
+            x = a[i] @ x + b[i] @ np.array([input_.u[i], sigma[i]])
+            now_s += span_us * 1e-6
+        carried[i] = x
+    return carried

@@ -1,0 +1,397 @@
+"""MPC-L1+ as a stack: state in, attitude and thrust out.
+
+At each sample:
+
+1. `_sense`: the predictor takes the measured position and velocity and adapts σ̂; lag, drag, tilt
+   gain and heading are learnt;
+2. `_plan`: the state (position, velocity, acceleration by the measured tilt, its rate) is carried
+   over the delay of the loop by the nominal plant under the inputs that are on their way; the
+   preview MPC gives the input u beside the flat input u* of the desired trajectory from then on,
+   from which the low-passed σ̂ is taken off;
+3. `_command`: u, within its limits, becomes an attitude and a thrust.
+
+It is pure but for the solvers' warm start: memory and input in, memory, command and record out.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from companion.control import yaw
+from companion.control.attitude import AttitudeGains
+from companion.control.frameworks import Command, Limits, Reference, StackRecord, Tick
+from companion.control.interfaces import AdaptationMean, InnerRecord, OuterRecord
+from companion.control.plus import flatness, lag, measured, mismatch, predictor
+from companion.control.plus.lag import LagMemory, LagSettings
+from companion.control.plus.mismatch import NOTHING, Mismatch, MismatchMemory, MismatchSettings
+from companion.control.plus.nominal_plant import Acting, NominalPlant, carry
+from companion.control.plus.planner import Planner, PlannerMemory
+from companion.control.plus.predictor import PredictorMemory, PredictorNoise, PredictorRecord
+from companion.control.reference_model import Array
+from companion.control.thrust import GRAVITY_M_S2
+from companion.control.thrust_laws import AccelerationLaw, ThrustLaw
+from companion.frames import Vector3, quaternion_from_euler, tilt_cosine, yaw_of
+from companion.vehicle_state import VehicleState
+
+_TIME_DIGITS = 4
+_LEAST_VERTICAL_M_S2 = 0.3 * GRAVITY_M_S2
+_SIGMA_DEVIATION_M_S2 = 1.0
+"""Of what is not known of σ at engagement."""
+_LEAST_DENSITY = 0.05
+"""m/s² per √Hz: no air and no estimate is calmer."""
+_CARRY_SCALE_STEP = 0.1
+_LONGEST_STEP_S = 0.03
+"""A rate is not applied for longer, however long the samples have not come."""
+_Y_TILDE_DEVIATIONS = 4.0
+_TILT_UNIT = np.array([GRAVITY_M_S2, GRAVITY_M_S2, 1.0])
+"""Of accelerations, in the unit of u: sines of the tilt, and what the vertical input is."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlusSettings:
+    """MPC-L1+'s own numbers."""
+
+    plant: NominalPlant
+    quadratic_drag_1_m: float
+    noise: PredictorNoise
+    low_pass_rad_s: tuple[float, float, float]
+    """Bandwidth ω of C(s), by axis."""
+    sigma_bound_m_s2: tuple[float, float, float]
+    tilt_rate_limit_rad_s: float
+    vertical_limit: tuple[float, float]
+    """Least and greatest vertical input: m/s², or m/s over a climb rate."""
+    lag: LagSettings | None
+    """None: the lag is what was identified."""
+    mismatch: MismatchSettings | None
+    """None: drag, tilt gain and heading are what was identified."""
+    held_sigma: tuple[float, float, float] | None = None
+    """Adaptation switched off: σ̂ is this, and nothing is learnt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensed:
+    """What is known of the vehicle at a sample."""
+
+    predictor: PredictorMemory
+    sigma_low_passed: Array
+    """(3,) C(s) σ̂."""
+    actuation: Array
+    """(3, 2) acceleration and its rate: by the measured tilt for x and y, modelled for z."""
+    modelled: Array
+    """(3, 2) the same by the identified response to the commands alone."""
+    lag: LagMemory
+    mismatch: MismatchMemory
+    learnt: Mismatch
+    tilted: Array
+    """(2,) acceleration by the measured tilt, as identified."""
+    velocity: Array
+    """(3,) as measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlusMemory:
+    """What the stack carries from sample to sample."""
+
+    sample_s: float
+    sensed: Sensed
+    deviation: Array | None
+    """(3,) w = u - u* of the last input; None before the first one of its own."""
+    acting: tuple[Acting, ...]
+    """Inputs that act, or are on their way."""
+    planner: PlannerMemory
+    thrust: Any
+    yaw_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlusStack:
+    """MPC-L1+; the same interface as `companion.control.frameworks.Stack`."""
+
+    settings: PlusSettings
+    planner: Planner
+    thrust: ThrustLaw
+    """An `AccelerationLaw` where the plant's vertical interface is an acceleration."""
+    yaw: yaw.YawGains
+    limits: Limits
+    attitude_loop: AttitudeGains | None = None
+    anchor_enu_m: Vector3 = (0.0, 0.0, 0.0)
+
+    def about(self, anchor_enu_m: Vector3) -> "PlusStack":
+        """The same stack where its geofence lies about a point (ENU m)."""
+        return replace(self, anchor_enu_m=anchor_enu_m)
+
+    def without_adaptation(self, mean: AdaptationMean) -> "PlusStack":
+        """The same stack with its adaptation switched off, σ̂ held at a mean."""
+        x, y, z = (np.array(mean.sigma_hat) * _TILT_UNIT).tolist()
+        return replace(self, settings=replace(self.settings, held_sigma=(x, y, z)))
+
+    def start(
+        self,
+        state: VehicleState,
+        thrust_memory: Any = None,  # noqa: ANN401 - the thrust law's own
+        applied_u: Array | None = None,
+    ) -> PlusMemory:
+        """Memory with which the stack takes over at a state, without a bump.
+
+        Args:
+            state: where the vehicle is.
+            thrust_memory: of the thrust law, from before; None if it has not run yet.
+            applied_u: (3,) u that is in effect, as for `companion.control.frameworks.Stack.start`.
+        """
+        s = self.settings
+        position, velocity = np.array(state.position_enu_m), np.array(state.velocity_enu_m_s)
+        force = GRAVITY_M_S2 * s.plant.tilt_gain
+        tilted = measured.tilt_acceleration(state, force)
+        vertical = float(velocity[2]) if s.plant.vertical.interface == "climb_rate" else 0.0
+        u = np.array([tilted[0, 0], tilted[1, 0], vertical])
+        if applied_u is not None:
+            sines = applied_u[:2]
+            cosine = math.sqrt(max(0.1, 1.0 - float(sines @ sines)))
+            asked = np.array([*(force * sines / cosine), applied_u[2]])
+            u = np.where(np.isfinite(asked), asked, u)
+        actuation = np.vstack([tilted, np.zeros(2)])
+        sigma = np.array(s.held_sigma) if s.held_sigma is not None else np.zeros(3)
+        return PlusMemory(
+            sample_s=state.time_s,
+            sensed=Sensed(
+                predictor.start(
+                    s.noise, position, velocity, sigma, np.full(3, _SIGMA_DEVIATION_M_S2)
+                ),
+                sigma,
+                actuation,
+                actuation,
+                lag.start(),
+                mismatch.start(),
+                NOTHING,
+                tilted[:, 0],
+                velocity,
+            ),
+            deviation=None,
+            acting=(Acting((state.time_s,) * 3, _triple(u)),),
+            planner=PlannerMemory(state.time_s, (math.nan,) * 3),
+            thrust=self.thrust.start(float(velocity[2]), thrust_memory),
+            yaw_rad=yaw_of(state.attitude_flu_to_enu),
+        )
+
+    def step(
+        self, memory: PlusMemory, tick: Tick, reference: Reference
+    ) -> tuple[PlusMemory, Command, StackRecord]:
+        """Advance by one sample; `tick.state.time_s` must be later than the one before.
+
+        Raises:
+            ValueError: time does not advance, or what comes in or out of the laws is not finite.
+        """
+        state = tick.state
+        dt = round(state.time_s - memory.sample_s, _TIME_DIGITS)
+        if dt <= 0.0:
+            raise ValueError(f"time does not advance: {memory.sample_s} s, then {state.time_s} s")
+        now_s = memory.sample_s + dt  # what was rounded off comes back at the next sample
+        sensed, predicted = self._sense(memory, state, now_s, dt)
+        s = self.settings
+        sent_s = now_s + tick.loop_delay_s
+        x_axis, y_axis, z_axis = s.plant.axes
+        acts_s = (sent_s + x_axis.delay_s, sent_s + y_axis.delay_s, sent_s + z_axis.delay_s)
+        u, flat_input, x, planner, outer = self._plan(memory, sensed, now_s, acts_s, dt, reference)
+        if not math.isfinite(float(u.sum()) + tick.desired_yaw_rad):
+            raise ValueError(f"not finite: u {u}, yaw {tick.desired_yaw_rad}")
+        yaw_command = yaw.step(
+            self.yaw, memory.yaw_rad, tick.desired_yaw_rad, yaw_of(state.attitude_flu_to_enu), dt
+        )
+        applied, direction, thrust, field = self._limit(memory, sensed, state, u, x, dt)
+        roll, pitch = measured.roll_pitch(direction, yaw_command)
+        advanced = PlusMemory(
+            sample_s=now_s,
+            sensed=sensed,
+            deviation=applied - flat_input,
+            acting=(*_still_acting(memory.acting, now_s), Acting(acts_s, _triple(applied))),
+            planner=planner,
+            thrust=thrust,
+            yaw_rad=yaw_command,
+        )
+        bound = np.array(s.sigma_bound_m_s2)
+        u_record = np.array([direction[0], direction[1], applied[2]])
+        wanted = np.array([*(u[:2] / GRAVITY_M_S2), u[2]])
+        record = StackRecord(
+            r2_m=reference(np.array([now_s]))[0],
+            inner=InnerRecord(
+                u=np.where(np.abs(applied - u) < 1e-9, u_record, wanted),
+                r1_m_s=np.full(3, math.nan),
+                y_tilde_m_s=predicted.y_tilde_m_s,
+                sigma_hat=sensed.predictor.estimate[:, 2] / _TILT_UNIT,
+                projecting=predicted.projecting,
+                y_tilde_bound_m_s=_Y_TILDE_DEVIATIONS * predicted.y_tilde_deviation_m_s,
+                sigma_bound=bound / _TILT_UNIT,
+            ),
+            applied_u=u_record,
+            roll_rad=roll,
+            pitch_rad=pitch,
+            hover_thrust=self.thrust.hover_thrust(thrust),
+            outer=outer,
+        )
+        command = Command(quaternion_from_euler(roll, pitch, yaw_command), field)
+        return advanced, command, record
+
+    def _sense(
+        self, memory: PlusMemory, state: VehicleState, now_s: float, dt: float
+    ) -> tuple[Sensed, PredictorRecord]:
+        """Take a sample in."""
+        s, before = self.settings, memory.sensed
+        position, velocity = np.array(state.position_enu_m), np.array(state.velocity_enu_m_s)
+        x = np.empty((3, 4))
+        x[:, :2], x[:, 2:] = before.predictor.estimate[:, :2], before.modelled
+        sigma = before.predictor.estimate[:, 2]
+        until = (now_s, now_s, now_s)
+        modelled = carry(s.plant, x, sigma, memory.sample_s, until, memory.acting)[:, 2:]
+
+        force = max(_LEAST_VERTICAL_M_S2, GRAVITY_M_S2 + float(modelled[2, 0]))
+        by_tilt = measured.tilt_acceleration(state, force * s.plant.tilt_gain)
+        tilted = by_tilt[:, 0]
+        learnt = before.learnt
+        actuation = np.vstack([learnt.pushes(by_tilt), modelled[2]])
+        lag_memory = before.lag
+        if s.lag is not None:
+            lag_memory = lag.step(s.lag, before.lag, tilted, modelled[:2, 0], modelled[:2, 1], dt)
+
+        drag = s.plant.linear_drag_1_s + learnt.drag_1_s
+        drags = [drag if axis.interface == "acceleration" else 0.0 for axis in s.plant.axes]
+        known = 0.5 * (before.actuation[:, 0] + actuation[:, 0])
+        bound = np.array(s.sigma_bound_m_s2)
+        predicted, record = predictor.step(
+            s.noise, before.predictor, np.array(drags), bound, known, position, velocity, dt
+        )
+        mismatch_memory = before.mismatch
+        if s.held_sigma is not None:
+            predicted.estimate[:, 2] = s.held_sigma
+        elif s.mismatch is not None:
+            learnt, mismatch_memory = self._learn(before, predicted, tilted, velocity, dt)
+        sigma = predicted.estimate[:, 2]
+        share = 1.0 - np.exp(-np.array(s.low_pass_rad_s) * dt)
+        filtered = before.sigma_low_passed + share * (sigma - before.sigma_low_passed)
+        sensed = Sensed(
+            predicted,
+            filtered,
+            actuation,
+            modelled,
+            lag_memory,
+            mismatch_memory,
+            learnt,
+            tilted,
+            velocity,
+        )
+        return sensed, record
+
+    def _learn(
+        self,
+        before: Sensed,
+        predicted: PredictorMemory,
+        tilted: Array,
+        velocity: Array,
+        dt: float,
+    ) -> tuple[Mismatch, MismatchMemory]:
+        """What the identified plant gets wrong of the horizontal motion."""
+        s = self.settings
+        assert s.mismatch is not None
+        pushed = 0.5 * (before.tilted + tilted)
+        moved = 0.5 * (before.velocity + velocity)[:2]
+        left = (velocity - before.velocity)[:2] / dt - pushed + s.plant.linear_drag_1_s * moved
+        memory = mismatch.step(
+            s.mismatch, before.mismatch, left, moved, pushed, predicted.estimate[:2, 2], dt
+        )
+        density = max(_LEAST_DENSITY, *s.noise.acceleration_m_s2_sqrt_hz[:2])
+        learnt = mismatch.learnt(s.mismatch, memory, before.learnt, density, dt)
+        least = -s.plant.linear_drag_1_s
+        return replace(learnt, drag_1_s=max(least, learnt.drag_1_s)), memory
+
+    def _plan(
+        self,
+        memory: PlusMemory,
+        sensed: Sensed,
+        now_s: float,
+        acts_s: Vector3,
+        dt: float,
+        reference: Reference,
+    ) -> tuple[Array, Array, Array, PlannerMemory, OuterRecord | None]:
+        """The input u (3,), u* (3,), and the state (3, 4) for which they are, when they act."""
+        s, planner = self.settings, self.planner
+        scale = 1.0 if s.lag is None else lag.scale(s.lag, sensed.lag, s.plant.tilt.lag_s)
+        drag = s.plant.linear_drag_1_s + sensed.learnt.drag_1_s
+        plant = replace(s.plant.lagging(scale), linear_drag_1_s=drag)
+        # Over the delay a plant of the nearest round lag will do; its matrices are kept.
+        coarse = s.plant.lagging(round(scale / _CARRY_SCALE_STEP) * _CARRY_SCALE_STEP)
+        x = np.empty((3, 4))
+        x[:, :2], x[:, 2:] = sensed.predictor.estimate[:, :2], sensed.actuation
+        sigma = sensed.sigma_low_passed
+        x = carry(coarse, x, sigma, now_s, acts_s, memory.acting)
+
+        looks = now_s >= memory.planner.due_s - 1e-6
+        preview = planner.preview_times_s() if looks else planner.present_times_s()
+        horizontal = reference(acts_s[0] + preview)
+        vertical = reference(acts_s[2] + preview) if acts_s[2] != acts_s[0] else horizontal
+        preview_m = np.column_stack([horizontal[:, :2], vertical[:, 2]])
+        states, inputs = planner.flat(plant, preview_m[: 2 * flatness.AROUND + 1], sigma)
+        deviation = memory.deviation
+        if deviation is None:
+            deviation = np.array(memory.acting[-1].u) - inputs[0]
+        start = np.column_stack([x - states[0], deviation])
+        rate = planner.rate(start, scale)
+        planned, outer = memory.planner, None
+        if looks:
+            rates, outer = planner.look(start, plant, scale, sigma, preview_m, self.anchor_enu_m)
+            planned = PlannerMemory(now_s + planner.horizon.step_s, rates)
+        decided = np.array(planned.planned_rate)
+        rate = np.where(np.isnan(decided), rate, decided)
+        u = inputs[0] + deviation + min(dt, _LONGEST_STEP_S) * rate
+        return u, inputs[0], x, planned, outer
+
+    def _limit(
+        self,
+        memory: PlusMemory,
+        sensed: Sensed,
+        state: VehicleState,
+        u: Array,
+        x: Array,
+        dt: float,
+    ) -> tuple[Array, tuple[float, float, float], Any, float]:
+        """What the limits leave of u (3,), the thrust's direction, and the thrust field."""
+        s = self.settings
+        force = max(_LEAST_VERTICAL_M_S2, GRAVITY_M_S2 + float(x[2, 2])) * s.plant.tilt_gain
+        applied = u.copy()
+        before = np.array(memory.acting[-1].u[:2])
+        change = applied[:2] - before
+        length = math.hypot(change[0], change[1])
+        most = s.tilt_rate_limit_rad_s * force * dt
+        if length > most:
+            applied[:2] = before + change * (most / length)
+        asked = sensed.learnt.asks(applied[:2])
+        length, most = math.hypot(asked[0], asked[1]), math.tan(self.limits.tilt_rad) * force
+        if length > most:
+            asked = asked * (most / length)
+            applied[:2] *= most / length
+        applied[2] = max(s.vertical_limit[0], min(s.vertical_limit[1], float(u[2])))
+        climb = state.velocity_enu_m_s[2]
+        wanted = float(applied[2])
+        if s.plant.vertical.interface == "climb_rate":
+            cosine = tilt_cosine(state.attitude_flu_to_enu)
+            thrust, field = self.thrust.step(memory.thrust, wanted, climb, cosine, dt)
+        else:
+            law: AccelerationLaw = self.thrust  # type: ignore[assignment]
+            tangent = math.hypot(float(x[0, 2]), float(x[1, 2])) / force
+            cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+            thrust, field, left = law.accelerate(memory.thrust, wanted, climb, cosine, dt)
+            applied[2] = left
+        return applied, measured.thrust_direction(asked, force), thrust, field
+
+
+def _triple(values: Array) -> Vector3:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _still_acting(acting: tuple[Acting, ...], now_s: float) -> tuple[Acting, ...]:
+    """Inputs without those that another one has replaced on every axis."""
+    first = 0
+    while first + 1 < len(acting) and max(acting[first + 1].from_s) <= now_s:
+        first += 1
+    return acting[first:]
