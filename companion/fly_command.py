@@ -16,6 +16,7 @@ from companion.config.models import MissionConfig
 from companion.config.resolve import FlightConfig, controller_path, load_flight
 from companion.config.yaml_source import ConfigError, settings_of
 from companion.flight.assemble import attitude_gains, infeasibilities, make_stack, make_trajectory
+from companion.flight.assemble_plus import thrust_before_asking
 from companion.flight.beginning import (
     check_sharing,
     discard_log,
@@ -150,7 +151,12 @@ def _check_controller(config: FlightConfig) -> None:
     if mission.setpoint == "rates":
         attitude_gains(config.vehicle)
     try:
-        make_stack(controller, config.vehicle, mission)
+        make_stack(
+            controller,
+            config.vehicle,
+            mission,
+            thrust=thrust_before_asking(config.vehicle),
+        )
     except ConfigError as error:
         path = controller_path(mission.controller, config.vehicle.name)
         raise ConfigError(f"{path}: {error}") from error

@@ -26,7 +26,7 @@ from companion.control.qp.port import QpSolverFactory
 from companion.control.thrust import GRAVITY_M_S2
 from companion.control.thrust_laws import ThrustLaw
 from companion.control.yaw import YawGains
-from companion.thrust_meaning import ThrustMeaning
+from companion.thrust_meaning import COLLECTIVE, ThrustMeaning
 
 _UNKNOWN_NOISE = NoiseConfig(
     position_m=(2e-3, 2e-3, 2e-3),
@@ -156,15 +156,15 @@ def nominal_plant(
     )
 
 
-def thrust_before_asking(controller: ControllerConfig, vehicle: VehicleConfig) -> ThrustMeaning:
+def thrust_before_asking(vehicle: VehicleConfig) -> ThrustMeaning:
     """What to take the thrust field for until the autopilot has been asked.
 
     A vehicle that was identified over climb rates alone can't be reckoned with otherwise.
     """
     dynamics = vehicle.dynamics
-    if controller.plus is not None and dynamics is not None and dynamics.lift is None:
+    if dynamics is not None and dynamics.lift is None:
         return ThrustMeaning("climb_rate", vehicle.climb_limit_m_s, vehicle.descent_limit_m_s)
-    return ThrustMeaning("collective")
+    return COLLECTIVE
 
 
 def _actuation(response: ResponseConfig, interface: Interface) -> Actuation:

@@ -14,6 +14,7 @@ from typing import Any, Literal
 from companion.config.resolve import FlightConfig
 from companion.control.qp.port import QpSolverFactory
 from companion.flight.assemble import supervisor_limits
+from companion.flight.assemble_plus import thrust_before_asking
 from companion.flight.check.inspector import Inspector
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.experiment import Experiment, ExperimentFlight
@@ -121,7 +122,7 @@ async def conduct(
     connection = Connection(link, log, signing, system_id=config.mission.link.system_id)
     voice = Voice(observer, log, connection.say)
     control = ControlLoop(
-        make_stacks(config, make_solver),
+        make_stacks(config, make_solver, thrust=thrust_before_asking(config.vehicle)),
         supervisor_limits(config.mission),
     )
 
