@@ -143,6 +143,7 @@ def recommend(
                 gamma=(100.0, 2000.0),
                 horizon_s=None,
                 horizon=horizontal.horizon,
+                generations=30,
             ),
             lambda m, omega: vertical_bounds(vehicle, stated, Air(), loop, m, omega, 0.0).sigma,
         )

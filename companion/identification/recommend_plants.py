@@ -15,8 +15,9 @@ from companion.theory.plant import AxisPlant, axis_plants, second_order
 MORE_DELAY_S = 0.020
 GAIN_SHARE = 0.15
 MORE_LAG, LESS_LAG = 1.25, 0.75
-STABLE_DELAY_S = 0.040
-"""With this much more delay a loop must still be stable, however badly it flies."""
+STABLE_DELAY_S, STABLE_DELAY_Z_S = 0.040, 0.070
+"""With this much more delay a loop must still be stable, however badly it flies.  A height that
+oscillates takes the horizontal axes with it, and z has room."""
 GAMMA_SHARE = 0.8
 """Of Γ, with which the loop must still be stable: Γ is a quarter or more above its lower bound."""
 GUST_M_S2 = 1.2
@@ -67,7 +68,7 @@ def horizontal_family(dynamics: DynamicsConfig) -> tuple[Member, ...]:
         replace(nominal, name="gain -15 %", weight=0.5, gain=gain * (1 - GAIN_SHARE), bounded=True),
         _horizontal("drag × 2", dynamics, 0.3, dynamics.attitude, drag=2.0),
         replace(nominal, name="gusts", weight=2.0, gust=GUST_M_S2),
-        *_only_stable(nominal),
+        *_only_stable(nominal, STABLE_DELAY_S),
     )
 
 
@@ -86,15 +87,15 @@ def vertical_family(climb: ResponseConfig, loop_delay_s: float) -> tuple[Member,
         replace(nominal, name="gain +15 %", weight=0.5, gain=1 + GAIN_SHARE, bounded=True),
         replace(nominal, name="gain -15 %", weight=0.5, gain=1 - GAIN_SHARE, bounded=True),
         replace(nominal, name="gusts", weight=2.0, gust=GUST_M_S),
-        *_only_stable(nominal),
+        *_only_stable(nominal, STABLE_DELAY_Z_S),
     )
 
 
-def _only_stable(nominal: Member) -> tuple[Member, ...]:
+def _only_stable(nominal: Member, more_delay_s: float) -> tuple[Member, ...]:
     """Loops of which nothing is asked but to be stable."""
     bare = replace(nominal, weight=0.0)
     return (
-        replace(bare, name=f"delay +{STABLE_DELAY_S * 1e3:.0f} ms", more_delay_s=STABLE_DELAY_S),
+        replace(bare, name=f"delay +{more_delay_s * 1e3:.0f} ms", more_delay_s=more_delay_s),
         replace(bare, name="less Γ", gamma_share=GAMMA_SHARE),
         replace(bare, name="less Γ, reference held", gamma_share=GAMMA_SHARE, held=True),
     )

@@ -14,7 +14,6 @@ from companion.control.reference_model import Array
 from companion.identification.recommend_loop import Candidates
 from companion.identification.recommend_score import Scorer, Scores
 
-_GENERATIONS = 60
 _PER_VARIABLE = 6
 _SEED = 1
 
@@ -32,6 +31,7 @@ class Space:
     """None: the horizon is given."""
     horizon: int = 0
     """Where it is given."""
+    generations: int = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class NothingHoldsError(Exception):
     """No gains were found that every plant of the family is stable with."""
 
 
-def search(scorer: Scorer, space: Space, generations: int = _GENERATIONS) -> Found:
+def search(scorer: Scorer, space: Space) -> Found:
     """Search; deterministic, of the order of ten seconds.
 
     Raises:
@@ -80,7 +80,7 @@ def search(scorer: Scorer, space: Space, generations: int = _GENERATIONS) -> Fou
         cost,
         [(float(np.log(low)), float(np.log(high))) for low, high in ranges],
         popsize=_PER_VARIABLE,
-        maxiter=generations,
+        maxiter=space.generations,
         seed=_SEED,
         vectorized=True,
         updating="deferred",
