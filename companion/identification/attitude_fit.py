@@ -28,8 +28,9 @@ from companion.identification.signals import (
 _LEAST_SWING_RAD = math.radians(3.0)
 _LARGEST_MISFIT = 0.35
 """Root mean square of what is left over that of the response."""
-_QUIET = "hover"
-_THINNED = 400
+_QUIET = ("hover", "hold", "thrust", "climb")
+"""Parts in which roll and pitch are commanded little."""
+_THINNED = 600
 """Samples of quiet flight, at most, from which the scatter is taken."""
 _PARAMETERS = Parameters(
     start=np.array([9.0, 0.9, 0.05, 1.0, 0.0]),
@@ -102,12 +103,13 @@ def fit_tilt(recording: Recording, axis: str) -> TiltFit:
 
 
 def _scatter(recording: Recording, times_s: Array, rest: Array) -> FittedScatter:
-    require(recording, _QUIET)
+    require(recording, "hover")
+    quiet = [run for name in _QUIET for run in stretches(recording, name)]
     return likeliest(
         LoopScatter,
         [
             Residual(times_s[rows], rest[rows], np.ones((len(rows), 1)))
-            for rows in thinned(stretches(recording, _QUIET), _THINNED)
+            for rows in thinned(quiet, _THINNED)
         ],
     )
 

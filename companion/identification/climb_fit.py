@@ -32,7 +32,7 @@ _COUNTED_S = 0.8
 _SAMPLE_S = 0.01
 _LEAST_MOTION_M_S = 0.1
 _LARGEST_MISFIT = 0.6
-_QUIET = "hover"
+_QUIET = ("hover", "hold", "roll", "pitch")
 _THINNED = 400
 _PARAMETERS = Parameters(
     start=np.array([4.0, 0.8, 0.08, 1.0, 0.0]),
@@ -63,7 +63,8 @@ def fit_climb(recording: Recording) -> ClimbFit:
         UnidentifiedError: the part is missing or too weak, or the vehicle does not follow.
     """
     part = require(recording, "climb")
-    require(recording, _QUIET)
+    require(recording, "hover")
+    quiet = [run for name in _QUIET for run in stretches(recording, name)]
     times = since_begin_s(recording)
     answered = recording.velocity_enu_m_s[:, 2]
     commanded = recording.climb_rate_m_s
@@ -86,20 +87,20 @@ def fit_climb(recording: Recording) -> ClimbFit:
         return rest
 
     solution = solve(misfit, _PARAMETERS)
-    share = float(np.std(solution.misfit) / max(float(np.std(answered[part])), 1e-9))
+    fitted = model(solution.values)
+    rest = answered - fitted
+    share = float(np.std(rest[part]) / max(float(np.std(answered[part])), 1e-9))
     inside = (_PARAMETERS.low < solution.values) & (solution.values < _PARAMETERS.high)
     if share > _LARGEST_MISFIT or not inside[[0, 1, 3]].all():
         raise UnidentifiedError(
             f"the climb rate does not follow its command as a second order ({share:.0%} of its "
             "motion is left over). Fly in calmer air, higher above ground"
         )
-    fitted = model(solution.values)
-    rest = answered - fitted
     scatter = likeliest(
         LoopScatter,
         [
             Residual(times[rows], rest[rows], np.ones((len(rows), 1)))
-            for rows in thinned(stretches(recording, _QUIET), _THINNED)
+            for rows in thinned(quiet, _THINNED)
         ],
     )
     covariance = sandwich(solution.jacobian, scatter.scatter.covariance(times[part]))

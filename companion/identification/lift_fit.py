@@ -43,6 +43,14 @@ from companion.identification.signals import (
 
 FAST_POLE_RAD_S = 250.0
 _PARTS = ("hover", "thrust", "climb")
+_REPORTED_PARTS = ("hover", "roll", "pitch", "climb")
+_ALL = (0, 1, 2, 3, 4)
+_HOVER_ONLY = (0, 2, 4)
+_LEAST_REPORTED = 0.5
+"""Share of the samples for which a thrust must be known."""
+_REPORTS_ARE_OFF = 0.002
+"""Standard deviation, in shares: between two reports the autopilot's loop answers to the very
+scatter of the climb rate that the reports are held against."""
 _LEAST_WAVE = 0.03
 _ROUNDS = 3
 _THINNED = 420
@@ -73,13 +81,16 @@ def lag_as_second_order(lag_s: float) -> tuple[float, float]:
     return omega, 0.5 * (lag_s + fast_s) * omega
 
 
-def fit_lift(recording: Recording, thrust_curve: float = 0.0) -> LiftFit:
+def fit_lift(
+    recording: Recording, thrust_curve: float = 0.0, weighting: FittedScatter | None = None
+) -> LiftFit:
     """Fit the vertical axis.
 
     Args:
         recording: with the parts hover, thrust and climb; its field is collective thrust or the
             vertical part of it.
         thrust_curve: c in force = c t² + (1 - c) t.
+        weighting: the scatter to weight with; None: it is estimated from the residuals.
 
     Raises:
         UnidentifiedError: a part is missing, or the thrust does not show in the climb rate.
@@ -93,33 +104,113 @@ def fit_lift(recording: Recording, thrust_curve: float = 0.0) -> LiftFit:
             f"the thrust moves by {moved:.0%} (rms) only in the part 'thrust', and at least "
             f"{_LEAST_WAVE:.0%} are needed. Fly a larger wave"
         )
-    model = _Model(recording, force)
-    runs = [cut for name in _PARTS for run in stretches(recording, name) for cut in model.cut(run)]
     hover = float(np.mean(force[require(recording, "hover")]))
-    parameters = Parameters(
+    model = _Model(recording, force)
+    fitted = _fit(model, model.runs(_PARTS), _parameters(hover), _ALL, weighting)
+    _refuse(fitted.values, _parameters(hover))
+    return LiftFit(
+        _response(fitted.values, fitted.covariance),
+        _hover_thrust(fitted.values[2], fitted.covariance[2, 2], thrust_curve),
+        fitted.values,
+        fitted.covariance,
+        fitted.scatter,
+        model.curve(fitted.values, wave),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class ReportedLift:
+    """What the thrust that an autopilot reports tells, while it flies the climb rate itself."""
+
+    hover_thrust: Estimate
+    scatter: FittedScatter
+
+
+def fit_reported_lift(
+    recording: Recording, weighting: FittedScatter | None = None
+) -> ReportedLift | None:
+    """The hover thrust from the reported one; None if none is reported.
+
+    The reports are late and few, so they tell nothing of the motors' lag, which is fitted along.
+
+    Args:
+        recording: with the part hover.
+        weighting: see `fit_lift`.
+
+    Raises:
+        UnidentifiedError: there is no hover.
+    """
+    hover_rows = require(recording, "hover")
+    known = np.flatnonzero(np.isfinite(recording.reported_thrust))
+    if len(known) < _LEAST_REPORTED * len(recording):
+        return None
+    newest = np.maximum.accumulate(
+        np.where(np.isfinite(recording.reported_thrust), 1, 0) * np.arange(len(recording))
+    )
+    force = recording.reported_thrust[np.maximum(newest, known[0])]
+    hover = float(np.mean(force[hover_rows]))
+    model = _Model(recording, force)
+    fitted = _fit(model, model.runs(_REPORTED_PARTS), _parameters(hover), _HOVER_ONLY, weighting)
+    variance = fitted.covariance[2, 2] + (_REPORTS_ARE_OFF * fitted.values[2]) ** 2
+    return ReportedLift(_hover_thrust(fitted.values[2], variance, 0.0), fitted.scatter)
+
+
+@dataclass(frozen=True, slots=True)
+class _Fitted:
+    values: Array
+    covariance: Array
+    scatter: FittedScatter
+
+
+def _parameters(hover: float) -> Parameters:
+    """τ, T, h, γ, k."""
+    return Parameters(
         start=np.array([0.04, 0.03, hover, 1.0, 0.3]),
         steps=np.array([0.001, 0.002, 0.002, 0.01, 0.05]),
         low=np.array([0.002, -0.05, 0.3 * hover, 0.3, 0.0]),
         high=np.array([0.5, 0.3, 3.0 * hover, 2.0, 4.0]),
     )
-    scatter = FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0))
+
+
+def _fit(
+    model: "_Model",
+    runs: list[Rows],
+    whole: Parameters,
+    free: tuple[int, ...],
+    weighting: FittedScatter | None,
+) -> _Fitted:
+    """Fit the free ones of the parameters, and the scatter along with them."""
+    chosen = list(free)
+    values = whole.start.copy()
+    scatter = weighting or FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0))
     begin: Scatter | None = None
+
+    def solved(about: Array) -> tuple[Array, Array]:
+        """The values and the Jacobian of the misfit there."""
+        misfit = model.whitened_misfit(about, runs, scatter.scatter)
+
+        def of_chosen(some: Array) -> Array:
+            every = about.copy()
+            every[chosen] = some
+            return misfit(every)
+
+        solution = solve(
+            of_chosen,
+            Parameters(about[chosen], whole.steps[chosen], whole.low[chosen], whole.high[chosen]),
+        )
+        every = about.copy()
+        every[chosen] = solution.values
+        return every, solution.jacobian
+
     for _ in range(_ROUNDS):
-        solution = solve(model.whitened_misfit(parameters.start, runs, scatter.scatter), parameters)
-        parameters = Parameters(solution.values, parameters.steps, parameters.low, parameters.high)
-        scatter = likeliest(VelocityScatter, model.residuals(solution.values, runs), begin)
-        begin = scatter.scatter
-    solution = solve(model.whitened_misfit(parameters.start, runs, scatter.scatter), parameters)
-    _refuse(solution.values, parameters)
-    covariance = inverse_information(solution.jacobian)
-    return LiftFit(
-        _response(solution.values, covariance),
-        _hover_thrust(solution.values[2], covariance[2, 2], thrust_curve),
-        solution.values,
-        covariance,
-        scatter,
-        model.curve(solution.values, wave),
-    )
+        values, _ = solved(values)
+        if weighting is None:
+            scatter = likeliest(VelocityScatter, model.residuals(values, runs), begin)
+            begin = scatter.scatter
+    values, jacobian = solved(values)
+    covariance = np.zeros((len(values), len(values)))
+    covariance[np.ix_(chosen, chosen)] = inverse_information(jacobian)
+    return _Fitted(values, covariance, scatter)
 
 
 class _Model:
@@ -136,8 +227,12 @@ class _Model:
         self._cosine = np.interp(grid_s, self._times_s, cosine)
         self._climb_m_s = recording.velocity_enu_m_s[:, 2]
 
-    def cut(self, run: Rows) -> list[Rows]:
-        """A stretch in pieces that are not too long."""
+    def runs(self, names: tuple[str, ...]) -> list[Rows]:
+        """The stretches of some parts, in pieces that are not too long."""
+        found = [run for name in names for run in stretches(self._recording, name)]
+        return [piece for run in found for piece in self._cut(run)]
+
+    def _cut(self, run: Rows) -> list[Rows]:
         span_s = float(self._times_s[run[-1]] - self._times_s[run[0]])
         return list(np.array_split(run, max(1, math.ceil(span_s / _LONGEST_S))))
 

@@ -51,11 +51,15 @@ class PushFit:
     curves: tuple[FittedCurve, ...]
 
 
-def fit_push(recording: Recording) -> PushFit:
+def fit_push(
+    recording: Recording, weighting: tuple[FittedScatter, FittedScatter] | None = None
+) -> PushFit:
     """Fit the horizontal axes.
 
     Args:
         recording: with the parts hover, roll, pitch and swing.
+        weighting: the scatters along x and y to weight with; None: they are estimated from the
+            residuals.
 
     Raises:
         UnidentifiedError: a part is missing, or the vehicle was not moved enough.
@@ -70,7 +74,7 @@ def fit_push(recording: Recording) -> PushFit:
     runs = [run for name in _PARTS for run in stretches(recording, name)]
     kept = thinned(runs, _THINNED)
     data = _Data(recording, runs, kept)
-    scatters = (
+    scatters = weighting or (
         FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0)),
         FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0)),
     )
@@ -78,11 +82,12 @@ def fit_push(recording: Recording) -> PushFit:
     begins: tuple[Scatter | None, Scatter | None] = (None, None)
     for _ in range(_ROUNDS):
         data.take_speed_of(solved)
-        scatters = (
-            likeliest(VelocityScatter, data.residuals(solved, 0), begins[0]),
-            likeliest(VelocityScatter, data.residuals(solved, 1), begins[1]),
-        )
-        begins = (scatters[0].scatter, scatters[1].scatter)
+        if weighting is None:
+            scatters = (
+                likeliest(VelocityScatter, data.residuals(solved, 0), begins[0]),
+                likeliest(VelocityScatter, data.residuals(solved, 1), begins[1]),
+            )
+            begins = (scatters[0].scatter, scatters[1].scatter)
         solved = data.solve(scatters)
     along, across, linear, quadratic = solved.values.tolist()
     gain = math.hypot(along, across)
