@@ -24,10 +24,10 @@ class MonitorConfig(Section):
         default=0.95, description="Of the projection's bound of |σ̂|."
     )
     slew_floor_rad_s: Positive = Field(
-        default=0.8, description="Rms rate of the commanded tilt that is always well."
+        default=1.0, description="Rms rate of the commanded tilt that is always well."
     )
     slew_factor: NonNegative = Field(
-        default=1.3, description="To this, of the rate that the trajectory itself asks for."
+        default=1.5, description="To this, of the rate that the trajectory itself asks for."
     )
     delay_margin_s: Positive = Field(
         default=0.05, description="Over the loop delay that the vehicle's file states."

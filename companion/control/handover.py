@@ -1,8 +1,8 @@
 """Relieving one controller by another in flight, without a bump.
 
 The new controller starts from the state and from what the old one had commanded
-(`Stack.start`).  What is left of a difference between the two commands is added to the new one's
-and fades out: at the hand-over itself exactly the old command is repeated.
+(`Stack.start`).  What is left of a difference between the two commands fades out: at the hand-over
+itself exactly the old command is repeated.
 """
 
 import math
@@ -16,62 +16,61 @@ from companion.control.interfaces import AdaptationMean
 from companion.control.reference_model import Array
 from companion.frames import Vector3, euler_from_quaternion, quaternion_from_euler
 
-FADE_S = 0.5
-"""What a hand-over leaves of a difference is gone after this."""
+FADE_S = 0.3
+"""Of a hand-over that was asked for."""
+QUICK_FADE_S = 0.2
+"""Of one away from a controller that does not do."""
 _MEAN_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
 class Fade:
-    """A difference of commands that goes away."""
+    """The command of a controller that was relieved, on its way out."""
 
     begun_s: float
     """Autopilot's time of the hand-over."""
-    roll_rad: float
-    """The old command's minus the new one's."""
-    pitch_rad: float
+    length_s: float
+    forward: float
+    """Sine of its pitch."""
+    left: float
+    """Sine of its roll, with the sign changed."""
     yaw_rad: float
     thrust: float
 
     def over(self, time_s: float) -> bool:
         """True if nothing is left of it."""
-        return time_s - self.begun_s >= FADE_S
+        return time_s - self.begun_s >= self.length_s
 
 
-def fade_between(old: Command, new: Command, time_s: float) -> Fade:
-    """The fade from an old command to a new one that begins at a time."""
-    before = euler_from_quaternion(old.attitude_flu_to_enu)
-    after = euler_from_quaternion(new.attitude_flu_to_enu)
-    turned = math.remainder(before[2] - after[2], 2.0 * math.pi)
-    return Fade(time_s, before[0] - after[0], before[1] - after[1], turned, old.thrust - new.thrust)
+def fade_from(old: Command, time_s: float, length_s: float) -> Fade:
+    """The fade away from a command, from a time on."""
+    roll, pitch, yaw_rad = euler_from_quaternion(old.attitude_flu_to_enu)
+    return Fade(time_s, length_s, math.sin(pitch), -math.sin(roll), yaw_rad, old.thrust)
 
 
-def faded(
-    fade: Fade, new: Command, time_s: float, tilt_limit_rad: float
-) -> tuple[Command, float, float]:
-    """A new command with what is left of the fade, within the vehicle's limit of tilt.
+def faded(fade: Fade, new: Command, time_s: float) -> tuple[Command, float, float]:
+    """What is sent while a command fades into a new one: first the old, at the end the new.
+
+    In between it is on the straight line between them, in the sines of the tilt: within every limit
+    that both keep, and without a leap where the new controller's first commands have one.
 
     Returns:
         The command, and its roll and pitch, rad.
     """
-    left = _left(time_s - fade.begun_s)
+    left = _left((time_s - fade.begun_s) / fade.length_s)
     roll, pitch, yaw_rad = euler_from_quaternion(new.attitude_flu_to_enu)
-    yaw_rad += left * fade.yaw_rad
-    u_x, u_y = tilt.limit_tilt(
-        *tilt.u_from_roll_pitch(roll + left * fade.roll_rad, pitch + left * fade.pitch_rad, 0.0),
-        tilt_limit_rad,
+    forwards, leftwards = math.sin(pitch), -math.sin(roll)
+    roll, pitch = tilt.roll_pitch_from_u(
+        forwards + left * (fade.forward - forwards), leftwards + left * (fade.left - leftwards), 0.0
     )
-    roll, pitch = tilt.roll_pitch_from_u(u_x, u_y, 0.0)
-    # Between what the two asked for, however far the new one has come: within the limits of both.
-    old_thrust = new.thrust + fade.thrust
-    low, high = min(new.thrust, old_thrust), max(new.thrust, old_thrust)
-    thrust = max(0.0, min(1.0, max(low, min(high, new.thrust + left * fade.thrust))))
+    yaw_rad += left * math.remainder(fade.yaw_rad - yaw_rad, 2.0 * math.pi)
+    thrust = new.thrust + left * (fade.thrust - new.thrust)
     return Command(quaternion_from_euler(roll, pitch, yaw_rad), thrust), roll, pitch
 
 
-def _left(passed_s: float) -> float:
+def _left(share: float) -> float:
     """From 1 to 0 over the fade, with no corner at either end."""
-    share = max(0.0, min(1.0, passed_s / FADE_S))
+    share = max(0.0, min(1.0, share))
     return 1.0 - share * share * (3.0 - 2.0 * share)
 
 

@@ -119,14 +119,8 @@ class PidController:
     gains: PidGains
 
     def start(self, position_m: Array, velocity_m_s: Array, u: Array) -> tuple[PidMemory, Array]:
-        """Memory without a bump: the integral holds u, and r2 leads by what the derivative takes.
-
-        An integral that held the derivative's part too would have to give it back as soon as the
-        velocity changes.
-        """
-        kp, kd = np.asarray(self.gains.kp), np.asarray(self.gains.kd)
-        led = np.divide(kd * velocity_m_s, kp, out=np.zeros_like(kp, dtype=float), where=kp > 0.0)
-        return pid.start(u + kd * velocity_m_s - kp * led), position_m + led
+        """Memory without a bump: the integral holds what the derivative does not."""
+        return pid.start(u + np.asarray(self.gains.kd) * velocity_m_s), np.array(position_m)
 
     def step(
         self, memory: PidMemory, r2_m: Array, position_m: Array, velocity_m_s: Array, dt_s: float

@@ -45,8 +45,8 @@ class MonitorLimits:
     """Of the controller's bound of |ỹ|."""
     sigma_share: float = 0.95
     """Of the projection's bound."""
-    slew_floor_rad_s: float = 0.8
-    slew_factor: float = 1.3
+    slew_floor_rad_s: float = 1.0
+    slew_factor: float = 1.5
     """On the slew that the desired trajectory asks for."""
     delay_made_for_s: float = math.nan
     """Loop delay that the controller was made for; NaN if none is stated."""

@@ -116,6 +116,10 @@ def _key(task: FlightTask, loaded: LoadedTask) -> str:
         "mission": mission,
         "vehicle": config.vehicle.model_dump(mode="json", exclude={"source"}),
         "controller": config.controller.model_dump(mode="json", exclude={"source"}),
+        "others": {
+            name: other.model_dump(mode="json", exclude={"source"})
+            for name, other in sorted(config.others.items())
+        },
         "trajectory": trajectory if isinstance(trajectory, int) else _file_digest(trajectory),
         "scenario": _file_digest(shim.scenario),
         "plant": shim.vehicle if task.shim_vehicle is None else _file_digest(shim.vehicle),

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from companion.report.figure_monitor import draw_monitor
 from companion.report.figure_path import draw_path
 from companion.report.figure_phases import mark_events, name_phases, phases
 from companion.report.flight_data import Array, FlightData
@@ -48,7 +49,7 @@ def draw_flight(
     path: Path,
     tilt_limit_deg: float | None = None,
 ) -> None:
-    """Draw path, error, tilt, thrust, ỹ and σ̂, and computing time.
+    """Draw path, error, tilt, thrust, ỹ and σ̂, the monitor's gauges, and computing time.
 
     Args:
         data: of the flight.
@@ -66,17 +67,28 @@ def draw_flight(
     from matplotlib.figure import Figure
 
     span = _Span(*scored_s)
-    figure = Figure(figsize=(13.5, 9.5))
+    watched = data.ticks.watched is not None
+    figure = Figure(figsize=(13.5, 11.5 if watched else 9.5))
     figure.suptitle(title, fontsize=13, x=0.05, y=0.985, ha="left")
+    last = 4 if watched else 3
+    """Number of the last row; the path takes those of the left column but two."""
     grid = figure.add_gridspec(
-        4, 2, left=0.05, right=0.945, bottom=0.055, top=0.925, hspace=0.42, wspace=0.14
+        last + 1, 2, left=0.05, right=0.945, bottom=0.055, top=0.925, hspace=0.42, wspace=0.14
     )
-    draw_path(figure.add_subplot(grid[0:2, 0], projection="3d"), data, scored_s)
-    rows: list[Axes] = [figure.add_subplot(grid[2, 0])]
-    rows += [figure.add_subplot(place, sharex=rows[0]) for place in (grid[3, 0], *_right(grid))]
-    y_tilde, sigma, error, tilt, thrust, computing = rows
+    path_axes = figure.add_subplot(grid[0 : last - 1, 0], projection="3d")
+    draw_path(path_axes, data, scored_s)
+    if watched:  # high enough to be as wide as its column: room for its labels
+        box = path_axes.get_position()
+        path_axes.set_position((box.x0, box.y0, 0.88 * box.width, box.height))
+    rows: list[Axes] = [figure.add_subplot(grid[last - 1, 0])]
+    right = [grid[row, 1] for row in range(last + 1)]
+    rows += [figure.add_subplot(place, sharex=rows[0]) for place in (grid[last, 0], *right)]
+    y_tilde, sigma, error, tilt, thrust, *monitor, computing = rows
     for axes in rows:
         _prepare(axes, data, span)
+    for axes in monitor:
+        draw_monitor(axes, data, span.begin_s)
+        _caption(axes, "monitor: each over its bound", columns=5)
     _draw_adaptation(y_tilde, sigma, data, span)
     _draw_error(error, data, span)
     _draw_tilt(tilt, data, span, tilt_limit_deg)
@@ -85,10 +97,6 @@ def draw_flight(
     for axes in (sigma, computing):
         axes.set_xlabel("time since the trajectory's start, s", fontsize=9)
     figure.savefig(path, dpi=110)
-
-
-def _right(grid: Any) -> list[Any]:  # noqa: ANN401 - matplotlib's
-    return [grid[row, 1] for row in range(4)]
 
 
 def _prepare(axes: Axes, data: FlightData, span: _Span) -> None:

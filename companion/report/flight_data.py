@@ -22,8 +22,19 @@ Array = NDArray[np.float64]
 _MAVLINK_2 = 0xFD
 _COMPONENT_OFFSET = 6
 """Place of the component id in a MAVLink 2 packet."""
+_GAUGES = ("y_tilde_gauge", "sigma_gauge", "slew_gauge", "delay_gauge")
 _MCAP_BEGINNING_BYTES = 8
 """A file with less has not even its magic bytes: a full disk, or the end just after opening it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """What the in-flight monitor said, one row a tick."""
+
+    controller: NDArray[np.str_]
+    """That flew the tick; empty where none did."""
+    gauges: Array
+    """(n, 4): ỹ, σ̂, slew and delay, each over its bound; NaN where there is nothing to say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +65,8 @@ class Ticks:
     """What was sent at this tick was a fallback's."""
     phase: NDArray[np.str_]
     """Phase of the flight."""
+    watched: Watched | None = None
+    """None for a log that says nothing of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +151,15 @@ def ticks_from_records(
         ),
         on_fallback=flags("fallback"),
         phase=np.array([r["phase"] for r in control], dtype=str),
+        watched=_watched(control),
     )
+
+
+def _watched(control: Sequence[Mapping[str, Any]]) -> Watched | None:
+    if not control or "slew_gauge" not in control[0]:
+        return None
+    gauges = [[_number(r[key]) for key in _GAUGES] for r in control]
+    return Watched(np.array([r["controller"] for r in control], dtype=str), np.array(gauges))
 
 
 def _number(value: float | None) -> float:

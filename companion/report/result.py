@@ -8,6 +8,7 @@ from typing import Any
 
 from companion.config.models import MissionConfig
 from companion.flight.conduct import Outcome
+from companion.flight.setpoints.stack_runner import Change
 from companion.report.metrics import ErrorFigures, TrackingFigures
 
 
@@ -57,6 +58,12 @@ def result_object(
         "rejected_packets": (
             None if outcome.rejected_packets is None else dict(outcome.rejected_packets)
         ),
+        "controller_changes": [_change(change) for change in outcome.changes],
+        "monitor_worst": (
+            None
+            if outcome.monitor_worst is None
+            else {name: round(value, 3) for name, value in outcome.monitor_worst.items()}
+        ),
         "r_max_active_share": round(outcome.r_max_active_share, 3),
         "latency_ms": None if outcome.latency is None else asdict(outcome.latency),
         "timer_noise_ms": None if outcome.timer_noise is None else asdict(outcome.timer_noise),
@@ -65,6 +72,17 @@ def result_object(
         "log_dir": None if log_dir is None else str(log_dir),
     }
     return {key: _without_nan(value) for key, value in result.items()}
+
+
+def _change(change: Change) -> dict[str, Any]:
+    """A hand-over between controllers, or a warning; t counts from the trajectory's start."""
+    return {
+        "t_s": round(change.track_s, 3),
+        "controller": change.controller,
+        "cause": change.cause,
+        "handed_over": change.handed_over,
+        "text": change.text,
+    }
 
 
 def _error_against(figures: TrackingFigures | None) -> str | None:

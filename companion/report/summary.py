@@ -9,6 +9,7 @@ from rich.text import Text
 
 _COLOURS = {"landed": "green", "tracked": "green", "refused": "red", "aborted": "yellow"}
 _LABEL_CELLS = 14
+_GAUGES = {"y_tilde": "ỹ", "sigma": "σ̂", "slew": "setpoint slew", "delay": "delay"}
 
 
 def print_summary(console: Console, result: dict[str, Any]) -> None:
@@ -53,6 +54,7 @@ def _rows(result: dict[str, Any], *, with_note: bool) -> list[tuple[str, Text]]:
         rows.append(("event", _event(result["event"])))
     if result["ticks"]:
         rows.append(("control", _control(result)))
+    rows += _monitor_rows(result)
     latency, noise = result["latency_ms"], result["timer_noise_ms"]
     if latency is not None:
         text = f"p50 {_ms(latency['p50'])}, p99 {_ms(latency['p99'])}, max {_ms(latency['max'])} ms"
@@ -105,6 +107,23 @@ def _control(result: dict[str, Any]) -> Text:
     ):
         text.append(f", {count} {what}", style="yellow" if count else "")
     return text
+
+
+def _monitor_rows(result: dict[str, Any]) -> list[tuple[str, Text]]:
+    """Who flew when, and the monitor's gauge that came nearest to its bound."""
+    rows: list[tuple[str, Text]] = []
+    for change in result["controller_changes"]:
+        planned = change["cause"] == "switch" and change["handed_over"]
+        said = Text(
+            f"t = {change['t_s']:.1f} s: {change['text']}", style="" if planned else "yellow"
+        )
+        rows.append(("" if rows else "controllers", said))
+    worst = result["monitor_worst"]
+    if worst:
+        name, value = max(worst.items(), key=lambda item: item[1])
+        text = f"{_GAUGES[name]} up to {value:.2f} of its bound"
+        rows.append(("monitor", Text(text, style="yellow" if value > 1.0 else "")))
+    return rows
 
 
 def _ms(value: float | None) -> str:

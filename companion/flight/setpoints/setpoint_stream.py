@@ -335,7 +335,7 @@ class SetpointStream:
         progress = (state.time_s - timeline.start_s) / timeline.end_s
         tilt = math.degrees(math.acos(min(1.0, tilt_cosine(output.attitude_flu_to_enu))))
         self._voice.tick(
-            TickView(phase, min(1.0, progress), error, tilt, output.thrust, output.fallback)
+            TickView(phase, min(1.0, progress), error, tilt, output.thrust, _instead(output))
         )
 
     def _keep(self, topic: str, time_s: float, make: Callable[[], Mapping[str, Any]]) -> None:
@@ -347,6 +347,13 @@ class SetpointStream:
                 self._record_trouble_told = True
                 text = f"a record of '{topic}' was lost ({type(error).__name__}: {error})"
                 self._voice.tell("warning", text)
+
+
+def _instead(output: Output) -> str:
+    """What flies in place of what was configured; empty if that flies."""
+    watch = output.watch
+    below = watch is not None and watch.monitor in ("reduced", "robust")
+    return output.fallback or (watch.controller if watch is not None and below else "")
 
 
 def _setpoint(output: Output, attitude: Quaternion) -> Setpoint:

@@ -80,6 +80,8 @@ class _Plan:
     """In place of the ladder's, with its adaptation switched off."""
     cause: Cause
     why: str
+    same_laws: bool = False
+    """The same stack with its adaptation switched on or off: its memory goes on."""
 
     @property
     def stack(self) -> NamedStack:
@@ -217,7 +219,7 @@ class StackRunner:
             if plan.held is None:
                 self._note(tick, changes, "switch", f"{switch.to}: it is on already")
                 return None
-            return _Plan(plan.ladder, plan.level, None, "switch", why)
+            return _Plan(plan.ladder, plan.level, None, "switch", why, same_laws=True)
         rung = plan.ladder[plan.level]
         stack = None
         if plan.held is None and self._mean is not None and rung is self.present:
@@ -227,7 +229,7 @@ class StackRunner:
             self._note(tick, changes, "switch", text)
             return None
         held = replace(rung, name=f"{rung.name}, L1 off", stack=stack)
-        return _Plan(plan.ladder, plan.level, held, "switch", why)
+        return _Plan(plan.ladder, plan.level, held, "switch", why, same_laws=True)
 
     def _relieve(
         self,
@@ -244,7 +246,9 @@ class StackRunner:
             same_kind = type(old.stack) is type(new.stack)
             applied = handover.applied_u(before.command, before.record, same_kind=same_kind)
         try:
-            memory = new.stack.start(before.state, self._thrust_memory, applied)
+            memory = before.memory
+            if not plan.same_laws:
+                memory = new.stack.start(before.state, self._thrust_memory, applied)
             flown = _stepped(new, memory, tick, reference)
         except Exception as error:
             text = f"{new.name} cannot take over ({type(error).__name__}: {error})"
@@ -253,8 +257,10 @@ class StackRunner:
                 self._settle(self._plan.level)
             return None
         self._take(plan, tick, changes)
-        if before.command is not None and flown.command is not None:
-            self._fade = handover.fade_between(before.command, flown.command, tick.state.time_s)
+        if before.command is not None:
+            asked = plan.cause == "switch"
+            length_s = handover.FADE_S if asked else handover.QUICK_FADE_S
+            self._fade = handover.fade_from(before.command, tick.state.time_s, length_s)
         return flown
 
     def _take(self, plan: _Plan, tick: Tick, changes: list[Change]) -> None:
@@ -281,8 +287,7 @@ class StackRunner:
         if fade.over(time_s):
             self._fade = None
             return flown
-        limit = self.present.stack.limits.tilt_rad
-        command, roll, pitch = handover.faded(fade, command, time_s, limit)
+        command, roll, pitch = handover.faded(fade, command, time_s)
         record = replace(record, roll_rad=roll, pitch_rad=pitch)
         return replace(flown, command=command, record=record)
 
