@@ -32,7 +32,7 @@ _FOLDER = "identify"
 _FENCE_LOW_M = 0.2
 _ROOM_ABOVE_M = 2.0
 """Between the box and the fence: an autopilot may take off to a height of its own."""
-_HOVER_S = 1.0
+_HOVER_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ def plan_identification(
         box = box_about(box_m, height_m)
     except ValueError as error:
         raise ConfigError(f"--box or --height: {error}.") from error
-    program = plan_program(box)
+    program = plan_program(box, config.vehicle.speed_limit_m_s)
     fence = config.mission.geofence.model_copy(
         update={
             "low_m": (-box_m, -box_m, _FENCE_LOW_M),

@@ -1,23 +1,26 @@
 """What an identification flight plays, and when: parts with pauses between, on a fixed timetable.
 
-Each part changes one command in steps and returns, of itself, to where it began: a doublet there
-and back, ``+T, -2T, +T``, ends at rest at the hover point, and so does the swing.  In the pauses
-the hold flies, and makes good what wind and drag have left.  The sizes follow the box.
+Each part comes back, of itself, to where it began.  Tilts are played in patterns of three levels,
+``+T, -2T, +T``, thrusts in pairs ``+h, -h``, climb rates in steps with rests between, the signs
+chosen so that the way does not add up; the swing grows out of the hover point and shrinks back into
+it.  The lengths vary, so that no frequency is left out.  The sizes follow the box.
 
 The timetable is fixed, so that a part that is left early, or missed for a fault, costs only itself.
 """
 
 import math
 from bisect import bisect_right
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import Literal
 
 from companion.control.thrust import GRAVITY_M_S2
+from companion.identification.swing import Swing
 
-Axis = Literal["none", "roll", "pitch", "lift", "climb"]
-"""What a part commands: nothing (the hold flies), roll or pitch about the trim, vertical
-acceleration open loop, climb rate."""
+Axis = Literal["none", "roll", "pitch", "lift", "climb", "swing"]
+"""What a part commands: nothing (the hold flies), roll or pitch beside the hold, vertical
+acceleration, climb rate, a way to and fro."""
 
 SMALLEST_BOX_M = 1.2
 """In less, no step lasts until the slowest vehicles have answered it."""
@@ -26,39 +29,51 @@ LEAST_CLEARANCE_M = 0.5
 """Of the box above the ground."""
 
 _TILT_RAD = math.radians(8.0)
-_SWING_TILT_RAD = math.radians(10.0)
-_LIFT_M_S2 = 1.5
-_CLIMB_M_S = 0.5
-_DOUBLET_SHARE, _LARGEST_DOUBLET_M = 0.35, 0.9
-"""How far a doublet goes: of the box, and at most."""
-_SWING_SHARE, _LARGEST_SWING_M = 0.45, 1.3
-_LIFT_RISE_M = 0.19
-_CLIMB_STEP_S, _CLIMB_SHARE = 1.0, 0.45
-_HOVER_S = 7.0
-_SETTLE_S = 2.0
-_LONG_SETTLE_S = 2.5
+_TILT_STEPS_S = (0.35, 0.5, 0.6, 0.5)
+_TILT_SHARE = 0.35
+_LIFT_SHARE_OF_WEIGHT = 0.35
+_LIFT_STEPS_S = (0.12, 0.3, 0.4, 0.2, 0.24, 0.16)
+_LIFT_PAIRS = 22
+_LIFT_SHARE = 0.45
+_CLIMB_M_S, _CLIMB_STEP_S, _CLIMB_STEPS = 0.6, 0.8, 4
+_CLIMB_RATE_M_S, _CLIMB_RATE_STEPS_S = 0.5, (1.3, 0.9, 1.1)
+_CLIMB_SHARE = 0.55
+_RATE_STEPS_IN_LIFT, _RATE_STEPS_IN_CLIMB = 5, 3
+_SWING_S = 15.0
+_SWING_SHARE, _LARGEST_SWING_M = 0.66, 1.8
+_HOVER_S = 6.0
+_PAUSE_S = 0.8
+_LAST_PAUSE_S = 1.5
 _TALLEST_M = 1.2
 """Half the height of the box, at most."""
-_ROOT2 = math.sqrt(2.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Levels of one command, each for a while."""
+    """Levels of one command, each for a while; or a swing."""
 
     name: str
     """As the recording's segments are named."""
     axis: Axis
     levels: tuple[float, ...]
-    """rad, m/s² or m/s; of `none` zeros."""
+    """rad, m/s² or m/s; of `none` and `swing` zeros."""
     durations_s: tuple[float, ...]
     over_climb_rate: "Part | None" = None
-    """What is played in its time where the thrust field is a climb rate; None: itself."""
+    """What is played in its time where the thrust field is a climb rate; None: itself, but for
+    thrust."""
+    swing: Swing | None = None
+    """Of the axis `swing`."""
+    ends_s: tuple[float, ...] = field(init=False)
+    """End of each level, since the part began."""
+
+    def __post_init__(self) -> None:
+        """Add up, once: levels are looked up at every sample."""
+        object.__setattr__(self, "ends_s", tuple(accumulate(self.durations_s)))
 
     @property
     def duration_s(self) -> float:
         """Until the command is back."""
-        return math.fsum(self.durations_s)
+        return self.ends_s[-1]
 
     @property
     def slot_s(self) -> float:
@@ -68,8 +83,7 @@ class Part:
 
     def level(self, since_s: float) -> float:
         """The command, this long after the part began."""
-        ends = list(accumulate(self.durations_s))
-        return self.levels[min(bisect_right(ends, since_s), len(self.levels) - 1)]
+        return self.levels[min(bisect_right(self.ends_s, since_s), len(self.levels) - 1)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,52 +140,85 @@ def box_about(half_width_m: float, height_m: float) -> Box:
     return Box(half_width_m, vertical)
 
 
-def plan_program(box: Box) -> Program:
-    """The timetable of an identification flight in a box."""
-    doublet_m = min(_DOUBLET_SHARE * box.horizontal_m, _LARGEST_DOUBLET_M)
-    tilt_s = math.sqrt(doublet_m / (GRAVITY_M_S2 * math.tan(_TILT_RAD)))
-    lift_s = math.sqrt(_LIFT_RISE_M / _LIFT_M_S2)
-    climb_s = min(_CLIMB_STEP_S, _CLIMB_SHARE * box.vertical_m / _CLIMB_M_S)
-    climb = _there_and_back("climb", "climb", _CLIMB_M_S, climb_s)
-    more_climb = _there_and_back("climb", "climb", -_CLIMB_M_S, climb_s)
+def plan_program(box: Box, speed_limit_m_s: float) -> Program:
+    """The timetable of an identification flight.
 
-    def tilts(sign: float) -> list[tuple[Part, float]]:
-        return [
-            (_there_and_back(axis, axis, sign * _TILT_RAD, tilt_s), _SETTLE_S)
-            for axis in ("roll", "pitch")
-        ]
-
-    lift = _there_and_back("thrust", "lift", _LIFT_M_S2, lift_s, more_climb)
-    down = _there_and_back("thrust", "lift", -_LIFT_M_S2, lift_s)
-    timetable = [
-        (Part("hover", "none", (0.0,), (_HOVER_S,)), 0.5),
-        *tilts(1.0),
-        (lift, _SETTLE_S),
-        (climb, _SETTLE_S),
-        *tilts(-1.0),
-        (down, _SETTLE_S),
-        (_swing(box), _LONG_SETTLE_S),
-    ]
-    begins, total = [], 0.0
-    for part, pause_s in timetable:
-        begins.append(total)
-        total += part.slot_s + pause_s
-    return Program(tuple(part for part, _ in timetable), tuple(begins), total)
-
-
-def _there_and_back(
-    name: str, axis: Axis, size: float, step_s: float, over_climb_rate: Part | None = None
-) -> Part:
-    return Part(name, axis, (size, -size, size), (step_s, 2.0 * step_s, step_s), over_climb_rate)
-
-
-def _swing(box: Box) -> Part:
-    """From rest to and fro about the hover point and back to rest there, by two levels alone.
-
-    With an acceleration a and ``A = a τ²``: out to A, through to -A, back to A, and to the middle.
+    Args:
+        box: where it must stay.
+        speed_limit_m_s: of the vehicle.
     """
-    reach_m = min(_SWING_SHARE * box.horizontal_m, _LARGEST_SWING_M)
-    tau = math.sqrt(reach_m / (GRAVITY_M_S2 * math.tan(_SWING_TILT_RAD)))
-    durations = (tau, (1.0 + _ROOT2) * tau, 2.0 * _ROOT2 * tau, (_ROOT2 + 1.0) * tau, tau)
-    levels = tuple(_SWING_TILT_RAD * (-1.0) ** k for k in range(len(durations)))
-    return Part("swing", "pitch", levels, durations)
+    push = GRAVITY_M_S2 * math.tan(_TILT_RAD)
+    shrink = min(1.0, math.sqrt(_TILT_SHARE * box.horizontal_m / push) / max(_TILT_STEPS_S))
+    tilt_steps_s = [shrink * step_s for step_s in _TILT_STEPS_S]
+    lift = min(
+        _LIFT_SHARE_OF_WEIGHT * GRAVITY_M_S2,
+        _LIFT_SHARE * box.vertical_m / max(_LIFT_STEPS_S) ** 2,
+    )
+    pairs_s = [_LIFT_STEPS_S[k % len(_LIFT_STEPS_S)] for k in range(_LIFT_PAIRS)]
+    largest = _CLIMB_SHARE * box.vertical_m
+    climb = min(_CLIMB_M_S, largest / _CLIMB_STEP_S)
+    rate = min(_CLIMB_RATE_M_S, largest / max(_CLIMB_RATE_STEPS_S))
+    timetable = (
+        Part("hover", "none", (0.0,), (_HOVER_S,)),
+        _tilts("roll", tilt_steps_s),
+        _tilts("pitch", tilt_steps_s),
+        _lifts(lift, pairs_s, _rates(rate, 0, _RATE_STEPS_IN_LIFT)),
+        _climbs(
+            climb,
+            [_CLIMB_STEP_S] * (2 * _CLIMB_STEPS),
+            _rates(rate, _RATE_STEPS_IN_LIFT, _RATE_STEPS_IN_CLIMB),
+        ),
+        _swing(box, speed_limit_m_s),
+    )
+    begins, total = [], 0.0
+    for part in timetable:
+        begins.append(total)
+        total += part.slot_s + _PAUSE_S
+    return Program(timetable, tuple(begins), total - _PAUSE_S + _LAST_PAUSE_S)
+
+
+def _tilts(axis: Literal["roll", "pitch"], steps_s: Sequence[float]) -> Part:
+    """Patterns that lead from rest to rest ``g tan(tilt) T²`` away, there and back in turn."""
+    levels, durations = [], []
+    for index, step_s in enumerate(steps_s):
+        size = _TILT_RAD * (-1.0) ** index
+        levels += [size, -size, size]
+        durations += [step_s, 2.0 * step_s, step_s]
+    return Part(axis, axis, tuple(levels), tuple(durations))
+
+
+def _lifts(size_m_s2: float, steps_s: Sequence[float], over_climb_rate: Part) -> Part:
+    """Pairs of an acceleration and its opposite; each leads ``a h²`` up or down."""
+    levels, durations, way = [], [], 0.0
+    for step_s in steps_s:
+        size = -math.copysign(size_m_s2, way) if way else size_m_s2
+        way += size * step_s**2
+        levels += [size, -size]
+        durations += [step_s, step_s]
+    return Part("thrust", "lift", tuple(levels), tuple(durations), over_climb_rate)
+
+
+def _climbs(size_m_s: float, steps_s: Sequence[float], over_climb_rate: Part | None = None) -> Part:
+    """Steps of climb rate, each followed by a rest; towards the middle, whichever way that is."""
+    levels, way = [], 0.0
+    for index, step_s in enumerate(steps_s):
+        size = 0.0
+        if index % 2 == 0:
+            size = -math.copysign(size_m_s, way) if abs(way) > 1e-9 else size_m_s
+            way += size * step_s
+        levels.append(size)
+    return Part("climb", "climb", tuple(levels), tuple(steps_s), over_climb_rate)
+
+
+def _rates(size_m_s: float, first: int, steps: int) -> Part:
+    """Slower and longer ones, for an autopilot's own loop, whose acceleration is limited."""
+    cycle = _CLIMB_RATE_STEPS_S
+    return _climbs(size_m_s, [cycle[k % len(cycle)] for k in range(2 * first, 2 * (first + steps))])
+
+
+def _swing(box: Box, speed_limit_m_s: float) -> Part:
+    """As wide as box and vehicle allow."""
+    radius = min(_SWING_SHARE * box.horizontal_m, _LARGEST_SWING_M)
+    swing = Swing(radius, _SWING_S)
+    swing = Swing(radius * min(1.0, speed_limit_m_s / swing.top_speed_m_s), _SWING_S)
+    return Part("swing", "swing", (0.0,), (_SWING_S,), swing=swing)

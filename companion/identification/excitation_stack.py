@@ -1,4 +1,4 @@
-"""Plays an excitation in the place of a controller: open loop on one command, the hold on the rest.
+"""Plays an excitation in the place of a controller: on one command, with the hold on the rest.
 
 It is driven as any stack is, so the same supervisor, limits and log are around it.  Pure: memory
 and tick in, memory, command and record out.
@@ -16,6 +16,7 @@ from companion.control.frameworks import Command, Reference, Stack, StackRecord,
 from companion.control.interfaces import InnerRecord
 from companion.control.pid import PidMemory
 from companion.control.reference_model import Array
+from companion.control.thrust import GRAVITY_M_S2
 from companion.control.thrust_laws import (
     ClimbRateField,
     CollectiveThrust,
@@ -33,10 +34,19 @@ HOLD = "hold"
 _TIME_DIGITS = 4
 _BEGINS_WITHIN_S = 0.1
 """A part is not begun later than this: a restart in its midst has missed it."""
-_STOPS_S = (1.0, 1.0, 0.5)
+_STOPS_S = (1.0, 1.0, 0.35)
 """The hold stops a moving vehicle within about its velocity times these (x, y, z)."""
 _LEAVE_AT = 0.95
 """Share of the box beyond which a stop must not be foreseen."""
+_OFF_THE_WAY = 0.4
+"""Share of the box by which a swinging vehicle may be off its way."""
+_BENEATH = 0.4
+"""Share of the hold that stays on beneath a tilt that is played."""
+_LEAD_S = 0.2
+"""The swing's push is commanded ahead by about what multirotors take to tilt."""
+_TILTS = ("roll", "pitch", "swing")
+_LIFT_CLIMB_1_S, _LIFT_HEIGHT_1_S2 = 1.0, 0.3
+"""Of the weak hold beneath a thrust that is played; a firmer one brings an estimate's wander in."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +65,14 @@ class ExcitationMemory:
     """That part was left, or missed."""
     trim_rad: tuple[float, float] = (0.0, 0.0)
     """Roll and pitch about which it is played."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Played:
+    """A part, and how long it has been played."""
+
+    part: Part
+    since_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +121,11 @@ class ExcitationStack:
         if dt <= 0.0:
             raise ValueError(f"time does not advance: {memory.sample_s} s, then {state.time_s} s")
         wanted = reference(np.array([state.time_s]))[0]
-        memory, part, level = self._now(memory, tick.track_s, state, wanted)
+        memory, played = self._now(memory, tick.track_s, state, wanted)
+        axis = "none" if played is None else played.part.axis
+        level = 0.0 if played is None else played.part.level(played.since_s)
 
-        hold, u = self._held(memory, part, state, wanted, dt)
+        hold, u = self._held(memory, played, state, wanted, dt)
         if not math.isfinite(sum(u) + level + tick.desired_yaw_rad):
             raise ValueError(f"not finite: u {u}, level {level}, yaw {tick.desired_yaw_rad}")
         yaw_rad = euler_from_quaternion(state.attitude_flu_to_enu)[2]
@@ -114,29 +134,29 @@ class ExcitationStack:
         roll, pitch = tilt.roll_pitch_from_u(
             *tilt.limit_tilt(u[0], u[1], limit.tilt_rad), yaw_command
         )
-        climb = u[2]
-        axis = "none" if part is None else part.axis
         if axis == "roll":
-            roll = memory.trim_rad[0] + level
+            roll = _beneath(memory.trim_rad[0], roll) + level
         elif axis == "pitch":
-            pitch = memory.trim_rad[1] + level
-        elif axis == "climb":
-            climb = level
+            pitch = _beneath(memory.trim_rad[1], pitch) + level
         u_x, u_y = tilt.limit_tilt(
             *tilt.u_from_roll_pitch(roll, pitch, yaw_command), limit.tilt_rad
         )
         roll, pitch = tilt.roll_pitch_from_u(u_x, u_y, yaw_command)
+        climb, lift = u[2], None
+        if axis == "climb":
+            climb = level
+        elif axis == "lift":
+            _, _, up = state.position_enu_m
+            sinking = -_LIFT_CLIMB_1_S * state.velocity_enu_m_s[2]
+            climb, lift = 0.0, level + sinking + _LIFT_HEIGHT_1_S2 * (float(wanted[2]) - up)
         climb = max(-limit.descent_m_s, min(limit.climb_m_s, climb))
-        if axis == "lift":
-            climb = 0.0
-        lift = level if axis == "lift" else None
         thrust_memory, field = self._thrust(memory.thrust, climb, lift, state, dt)
 
         applied = np.array([u_x, u_y, climb])
         advanced = replace(
             memory,
             sample_s=memory.sample_s + dt,
-            hold=self.hold.inner.with_applied(hold, applied) if part is None else hold,
+            hold=self.hold.inner.with_applied(hold, applied) if played is None else hold,
             thrust=thrust_memory,
             yaw_rad=yaw_command,
         )
@@ -149,31 +169,33 @@ class ExcitationStack:
             pitch_rad=pitch,
             hover_thrust=self.thrust.hover_thrust(thrust_memory),
             outer=None,
-            segment=HOLD if part is None else part.name,
+            segment=HOLD if played is None else played.part.name,
         )
         return advanced, Command(quaternion_from_euler(roll, pitch, yaw_command), field), record
 
     def _now(
         self, memory: ExcitationMemory, track_s: float, state: VehicleState, wanted: Array
-    ) -> tuple[ExcitationMemory, Part | None, float]:
-        """The part that is played at this tick, None for the hold alone, and its level."""
+    ) -> tuple[ExcitationMemory, _Played | None]:
+        """What is played at this tick; None for the hold alone."""
         index = self.program.at(track_s)
         if index is None:
-            return replace(memory, part=None, left=False), None, 0.0
+            return replace(memory, part=None, left=False), None
         since_s = track_s - self.program.begins_s[index]
-        part: Part | None = self.program.parts[index]
-        assert part is not None
-        if part.axis == "lift" and isinstance(self.thrust, ClimbRateField):
-            part = part.over_climb_rate
+        part = self._over_this_field(self.program.parts[index])
         if part is None or since_s >= part.duration_s:
-            return replace(memory, part=index, left=True), None, 0.0
+            return replace(memory, part=index, left=True), None
         if memory.part != index:
             late = part.axis != "none" and since_s > _BEGINS_WITHIN_S
-            trim = self._trim_rad(memory)
-            memory = replace(memory, part=index, left=late, trim_rad=trim)
-        if not memory.left and part.axis != "none" and self._leads_out(state, wanted):
+            memory = replace(memory, part=index, left=late, trim_rad=self._trim_rad(memory))
+        if not memory.left and self._leads_out(part, since_s, state, wanted):
             memory = replace(memory, left=True)
-        return (memory, None, 0.0) if memory.left else (memory, part, part.level(since_s))
+        return memory, None if memory.left else _Played(part, since_s)
+
+    def _over_this_field(self, part: Part) -> Part | None:
+        """What is played of a part, by what the thrust field means."""
+        if not isinstance(self.thrust, ClimbRateField):
+            return part
+        return part.over_climb_rate or (None if part.axis == "lift" else part)
 
     def _trim_rad(self, memory: ExcitationMemory) -> tuple[float, float]:
         """Roll and pitch that the hold has found to balance wind and bias."""
@@ -181,38 +203,55 @@ class ExcitationStack:
         level = tilt.limit_tilt(u_x, u_y, self.hold.limits.tilt_rad)
         return tilt.roll_pitch_from_u(*level, memory.yaw_rad)
 
-    def _leads_out(self, state: VehicleState, wanted: Array) -> bool:
-        """True if the vehicle would stop at the box's edge, or beyond it, if it were held now."""
+    def _leads_out(self, part: Part, since_s: float, state: VehicleState, wanted: Array) -> bool:
+        """True if the vehicle would stop at the box's edge, or beyond it, if it were held now.
+
+        One that swings turns round by what is played: it must be near its way.
+        """
+        if part.axis == "none":
+            return False
+        off = [p - float(w) for p, w in zip(state.position_enu_m, wanted, strict=True)]
         x, y, z = (
-            position + within_s * velocity - float(reference)
-            for position, velocity, reference, within_s in zip(
-                state.position_enu_m, state.velocity_enu_m_s, wanted, _STOPS_S, strict=True
+            offset + within_s * velocity
+            for offset, velocity, within_s in zip(
+                off, state.velocity_enu_m_s, _STOPS_S, strict=True
             )
         )
-        horizontal = max(abs(x), abs(y)) > _LEAVE_AT * self.box.horizontal_m
-        return horizontal or abs(z) > _LEAVE_AT * self.box.vertical_m
+        limit_m = _LEAVE_AT * self.box.horizontal_m
+        if part.swing is not None:
+            way_x, way_y = part.swing.position_m(since_s)
+            x, y = off[0], off[1]
+            astray_m = max(abs(x - way_x), abs(y - way_y))
+            if astray_m > _OFF_THE_WAY * self.box.horizontal_m:
+                return True
+        return max(abs(x), abs(y)) > limit_m or abs(z) > _LEAVE_AT * self.box.vertical_m
 
     def _held(
         self,
         memory: ExcitationMemory,
-        part: Part | None,
+        played: _Played | None,
         state: VehicleState,
         wanted: Array,
         dt: float,
     ) -> tuple[PidMemory, tuple[float, float, float]]:
         """The hold's u, and its memory; of a tilt that is not its own it learns nothing."""
-        position = np.array(state.position_enu_m)
+        position, velocity = np.array(state.position_enu_m), np.array(state.velocity_enu_m_s)
+        point, push = wanted, (0.0, 0.0)
+        swing = None if played is None else played.part.swing
+        if played is not None and swing is not None:
+            (x, y), (v_x, v_y), _ = swing.motion(played.since_s)
+            point = wanted + np.array((x, y, 0.0))
+            velocity = velocity - np.array((v_x, v_y, 0.0))
+            push = swing.motion(played.since_s + _LEAD_S)[2]
         near = np.array(
-            [within_reach(r, p) for r, p in zip(wanted.tolist(), position.tolist(), strict=True)]
+            [within_reach(r, p) for r, p in zip(point.tolist(), position.tolist(), strict=True)]
         )
         before: PidMemory = memory.hold
-        advanced, record = self.hold.inner.step(
-            before, near, position, np.array(state.velocity_enu_m_s), dt
-        )
-        if part is not None and part.axis in ("roll", "pitch"):
+        advanced, record = self.hold.inner.step(before, near, position, velocity, dt)
+        if played is not None and played.part.axis in _TILTS:
             advanced = replace(advanced, integral=before.integral, held_integral=before.integral)
         u_x, u_y, u_z = record.u.tolist()
-        return advanced, (u_x, u_y, u_z)
+        return advanced, (u_x + push[0] / GRAVITY_M_S2, u_y + push[1] / GRAVITY_M_S2, u_z)
 
     def _thrust(
         self,
@@ -226,5 +265,12 @@ class ExcitationStack:
         law = self.thrust
         if lift_m_s2 is not None and isinstance(law, CollectiveThrust | VerticalThrust):
             advanced, field, _ = law.accelerate(memory, lift_m_s2, climb_rate, cosine, dt)
-            return advanced, field
+            # Its estimate of the hover thrust knows no lag: quick thrusts would lead it astray.
+            known = {"hover_force": memory.hover_force, "hover_variance": memory.hover_variance}
+            return replace(advanced, **known), field
         return law.step(memory, climb_m_s, climb_rate, cosine, dt)
+
+
+def _beneath(trim_rad: float, held_rad: float) -> float:
+    """What stays of the hold beneath a tilt that is played."""
+    return trim_rad + _BENEATH * (held_rad - trim_rad)

@@ -90,7 +90,7 @@ def test_the_excitation_is_flown_to_its_end_and_the_vehicle_lands(whole):
 
 def test_it_takes_no_longer_than_it_says(whole):
     begins = {name: time_s for time_s, name in whole.seen.phases}
-    assert begins["land"] - begins["take off"] < 70.0
+    assert begins["land"] - begins["take off"] < 75.0
 
 
 def test_what_is_recorded_is_what_was_sent(whole):
@@ -118,7 +118,7 @@ def test_each_command_is_answered(whole):
         ("climb", recording.climb_rate_m_s, recording.velocity_enu_m_s[:, 2]),
     ):
         rows = recording.segment == name
-        assert np.corrcoef(asked[rows][:-15], answered[rows][15:])[0, 1] > 0.8, name
+        assert np.corrcoef(asked[rows][:-20], answered[rows][20:])[0, 1] > 0.8, name
 
 
 def test_it_stays_in_the_middle_of_its_box(whole):
@@ -126,7 +126,7 @@ def test_it_stays_in_the_middle_of_its_box(whole):
     offset = recording.position_enu_m - np.median(
         recording.position_enu_m[recording.segment == "hover"], axis=0
     )
-    assert np.abs(offset[:, :2]).max() < 0.75 * box.horizontal_m
+    assert np.abs(offset[:, :2]).max() < 0.8 * box.horizontal_m
     assert np.abs(offset[:, 2]).max() < 0.75 * box.vertical_m
 
 
@@ -140,15 +140,15 @@ def test_the_hold_begins_with_the_thrust_that_the_autopilot_hovers_with(whole):
     assert facts["hover_guess"] == pytest.approx(hover, rel=0.03)
 
 
-def test_over_a_climb_rate_field_the_climb_rate_is_played_twice(tmp_path):
+def test_over_a_climb_rate_field_the_climb_rate_has_the_thrusts_time_too(tmp_path):
     flown = fly(tmp_path / "flight", autopilot="ardupilot")
     assert (flown.outcome.outcome, flown.outcome.completed) == ("tracked", True)
     recording = flown.recording
     assert recording.thrust_meaning.kind == "climb_rate"
     assert recording.autopilot == "ardupilot"
     assert set(recording.segment.tolist()) == ALL | {"hold"}
-    climb = [p for p in flown.plan.experiment.program.parts if p.name == "climb"]
-    seconds = 2.0 * climb[0].duration_s
+    parts = flown.plan.experiment.program.parts
+    seconds = sum(p.over_climb_rate.duration_s for p in parts if p.over_climb_rate is not None)
     assert np.count_nonzero(recording.segment == "climb") == pytest.approx(100 * seconds, abs=4)
     # The thrust field is no thrust here: what hovers is what the autopilot reports.
     hover = recording.segment == "hover"
@@ -197,12 +197,11 @@ def test_a_short_loss_of_the_state_costs_the_part_and_no_more(tmp_path):
     assert flown.outcome.completed
     assert flown.outcome.fallbacks > 0
     recording = flown.recording
-    rolls = np.flatnonzero(recording.segment == "roll")
-    first = rolls[recording.time_s[rolls] < recording.time_s[0] + 15.0]
-    second = rolls[recording.time_s[rolls] > recording.time_s[0] + 15.0]
-    whole_part = next(p for p in flown.plan.experiment.program.parts if p.name == "roll")
-    assert len(first) < 60.0 * whole_part.duration_s
-    assert len(second) == pytest.approx(100 * whole_part.duration_s, abs=4)
+    planned = {part.name: part.duration_s for part in flown.plan.experiment.program.parts}
+    played = {name: np.count_nonzero(recording.segment == name) for name in planned}
+    assert played["roll"] < 35.0 * planned["roll"]
+    for name in ("pitch", "thrust", "climb", "swing"):
+        assert played[name] == pytest.approx(100 * planned[name], abs=4), name
 
 
 def test_thrust_whose_tilt_ardupilot_makes_up_for_is_played_as_thrust(tmp_path):

@@ -80,6 +80,22 @@ def test_a_tilt_is_commanded_in_its_levels_and_the_other_one_held(plan, name, wh
         assert tilts[1 - which] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize(("name", "which"), [("roll", 0), ("pitch", 1)])
+def test_beneath_a_tilt_that_is_played_part_of_the_hold_stays_on(plan, name, which):
+    """A vehicle that drifts away is led back, by less than the hold alone would."""
+    begin_s, part = begin_of(plan, name)
+
+    def adrift(time_s):
+        return state_at(time_s, (0.3, 0.3, 2.5))
+
+    steps, _ = play(stack_of(plan), begin_s, begin_s + 0.05, state=adrift)
+    alone, _ = play(stack_of(plan), -1.0, -0.95, state=adrift)
+    now = (steps[0][2].roll_rad, steps[0][2].pitch_rad)[which] - part.levels[0]
+    held = (alone[0][2].roll_rad, alone[0][2].pitch_rad)[which]
+    assert now == pytest.approx(0.4 * held, rel=0.02)
+    assert held != 0.0
+
+
 def test_a_tilt_is_of_the_body_wherever_it_points(plan):
     begin_s, part = begin_of(plan, "roll")
     yaw = 2.0
@@ -110,7 +126,7 @@ def test_tilts_are_played_about_the_trim_that_the_hold_has_found(plan):
     assert steps[5][2].roll_rad == pytest.approx(lean + part.levels[0], abs=1e-6)
 
 
-def test_thrust_is_played_open_loop(plan):
+def test_thrust_is_played_over_a_hold_that_is_weaker_than_the_flights_own(plan):
     begin_s, part = begin_of(plan, "thrust")
     stack = stack_of(plan)
     steps, _ = play(stack, begin_s, begin_s + part.durations_s[0] - 0.02)
@@ -118,28 +134,73 @@ def test_thrust_is_played_open_loop(plan):
     _, command, record = steps[0]
     assert record.segment == "thrust"
     assert command.thrust == pytest.approx(hover * (1.0 + part.levels[0] / 9.80665), rel=1e-6)
-    # The measured climb rate does not act back, beyond the estimate of the hover thrust.
-    risen, _ = play(
+    rising, _ = play(
         stack,
         begin_s,
         begin_s + 0.03,
         state=lambda t: state_at(t, velocity=(0.0, 0.0, 0.4)),
     )
-    assert risen[0][1].thrust == pytest.approx(command.thrust, rel=0.01)
+    less = (command.thrust - rising[0][1].thrust) / hover * 9.80665
+    assert less == pytest.approx(0.4 * 1.0, rel=1e-6)
 
 
-def test_over_a_climb_rate_field_the_thrust_parts_time_goes_to_the_climb_rate(plan):
+def test_quick_thrusts_do_not_lead_the_estimate_of_the_hover_thrust_astray(plan):
     begin_s, part = begin_of(plan, "thrust")
-    instead = part.over_climb_rate
+    steps, _ = play(stack_of(plan), begin_s, begin_s + part.duration_s)
+    hovers = {record.hover_thrust for *_, record in steps}
+    assert len(hovers) == 1
+
+
+def test_over_a_climb_rate_field_all_vertical_time_goes_to_the_climb_rate(plan):
     stack = stack_of(plan, CLIMB_RATE)
-    steps, _ = play(stack, begin_s, begin_s + instead.duration_s + 0.1)
-    assert [record.segment for *_, record in steps[:5]] == ["climb"] * 5
-    assert steps[0][2].applied_u[2] == pytest.approx(instead.levels[0])
-    assert steps[0][1].thrust == pytest.approx(0.5 + 0.5 * instead.levels[0] / 1.5)
-    assert steps[-1][2].segment == HOLD
-    second_s, second = begin_of(plan, "thrust", nth=1)
-    steps, _ = play(stack, second_s, second_s + second.duration_s)
-    assert {record.segment for *_, record in steps} == {HOLD}
+    for name in ("thrust", "climb"):
+        begin_s, part = begin_of(plan, name)
+        instead = part.over_climb_rate
+        steps, _ = play(stack, begin_s, begin_s + part.slot_s + 0.1)
+        for time_s, command, record in steps:
+            inside = time_s - begin_s < instead.duration_s
+            assert record.segment == ("climb" if inside else HOLD)
+            if inside:
+                level = instead.level(time_s - begin_s)
+                rate = 2.5 if level > 0.0 else 1.5
+                assert record.applied_u[2] == pytest.approx(level)
+                assert command.thrust == pytest.approx(0.5 + 0.5 * level / rate)
+
+
+def test_a_swing_is_pushed_along_its_way_and_led_back_to_it(plan):
+    begin_s, part = begin_of(plan, "swing")
+    since_s = 5.0
+    (x, y), (v_x, v_y), _ = part.swing.motion(since_s)
+    push = part.swing.motion(since_s + 0.2)[2]
+
+    def one(off):
+        def state(time_s):
+            velocity = (v_x, v_y, 0.0) if time_s > begin_s + since_s - 0.005 else (0.0, 0.0, 0.0)
+            at = part.swing.position_m(max(0.0, time_s - begin_s))
+            return state_at(time_s, (at[0] + off, at[1], 2.5), velocity)
+
+        steps, _ = play(stack_of(plan), begin_s, begin_s + since_s + 0.01, state=state)
+        return steps[-1][2]
+
+    along, beside = one(0.0), one(0.1)
+    assert along.segment == "swing"
+    assert along.applied_u[:2] * 9.80665 == pytest.approx(push, rel=0.05)
+    assert beside.applied_u[0] < along.applied_u[0]
+    assert x != 0.0
+    assert y != 0.0
+
+
+def test_a_swing_is_left_where_the_vehicle_is_far_off_its_way(plan):
+    begin_s, _ = begin_of(plan, "swing")
+    far = 0.45 * plan.experiment.box.horizontal_m
+
+    def astray(time_s):
+        return state_at(time_s, (far if time_s > begin_s + 0.5 else 0.0, 0.0, 2.5))
+
+    steps, _ = play(stack_of(plan), begin_s, begin_s + 1.0, state=astray)
+    segments = [record.segment for *_, record in steps]
+    assert segments[:50] == ["swing"] * 50
+    assert set(segments[52:]) == {HOLD}
 
 
 def test_a_part_is_left_where_the_vehicle_would_stop_outside_and_not_taken_up_again(plan):
@@ -149,7 +210,7 @@ def test_a_part_is_left_where_the_vehicle_would_stop_outside_and_not_taken_up_ag
 
     def running(time_s):
         gone = 0.5 < time_s - begin_s < 0.7
-        return state_at(time_s, (0.0, -1.0, 2.5), (0.0, -(out - 0.9) if gone else 0.0, 0.0))
+        return state_at(time_s, (0.0, -1.0, 2.5), (0.0, -(out - 0.9) * gone, 0.0))
 
     steps, _ = play(stack, begin_s, begin_s + part.duration_s, state=running)
     segments = [record.segment for *_, record in steps]
