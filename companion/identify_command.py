@@ -16,6 +16,7 @@ from companion.config.models import VehicleConfig
 from companion.config.resolve import FlightConfig, find_config
 from companion.config.validation import validate
 from companion.config.yaml_source import ConfigError, read_yaml, settings_of
+from companion.experiments.identification_files import conclude
 from companion.experiments.identification_flight import (
     BOX_M,
     HEIGHT_M,
@@ -23,6 +24,7 @@ from companion.experiments.identification_flight import (
     load_identification,
     plan_identification,
 )
+from companion.experiments.provenance import version
 from companion.flight.beginning import (
     check_sharing,
     discard_log,
@@ -37,12 +39,14 @@ from companion.flight.records import CHANNELS
 from companion.flight.shim_process import ShimOptions
 from companion.identification.estimates import UnidentifiedError
 from companion.identification.excitation_stack import HOLD
+from companion.identification.identify import identify
 from companion.identification.recording import Recording
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
 from companion.mocap.sources import MocapError
 from companion.recording.flight_log import FlightLog, FlightLogError
-from companion.report.identification_log import read_identification
+from companion.report.identification_log import IdentificationLog, read_identification
+from companion.report.identification_table import print_identification
 from companion.report.result import result_object, write_result
 from companion.report.terminal import TerminalObserver
 
@@ -164,7 +168,34 @@ def _conclude(request: IdentifyRequest, log: Path, out: Path, console: Console) 
     vehicle = base or kept.vehicle
     if request.name is not None:
         vehicle = vehicle.model_copy(update={"name": request.name})
-    return "identified"
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        console.print("fitting, and looking for gains that hold: about a minute")
+        identified = identify(kept.recording, thrust_curve=vehicle.thrust_curve)
+        result = conclude(identified, kept.recording, vehicle, out, _source(request, kept))
+    except UnidentifiedError as error:
+        return _end("unidentified", str(error), request, log, console)
+    except OSError as error:
+        raise BadInputError(
+            f"{out}: can't be written: {error.strerror or error}. Choose another folder with --out."
+        ) from error
+    if request.json_output:
+        sys.stdout.write(json.dumps(result.record, allow_nan=False, ensure_ascii=False) + "\n")
+    else:
+        print_identification(_console(sys.stdout), identified, result, verbose=request.verbose)
+    return "identified" if result.certified else "uncertified"
+
+
+def _source(request: IdentifyRequest, kept: IdentificationLog) -> str:
+    """When and how, for the vehicle's file."""
+    words = [f"companion identify {version()}", f"under {kept.recording.autopilot}"]
+    if request.log is not None:
+        words.append(f"from the log {request.log}")
+    elif "connect" in request.overrides:
+        words.append(f"flown on {datetime.now(UTC).astimezone():%Y-%m-%d}")
+    else:
+        words.append(f"flown in the embedded shim, seed {request.overrides.get('seed', 0)}")
+    return f"{', '.join(words)}. The limits are those that were known before."
 
 
 def _base(request: IdentifyRequest) -> VehicleConfig | None:

@@ -1,14 +1,30 @@
-"""What an identification found, for a person and for machines."""
+"""What an identification found, as a table."""
 
-from collections.abc import Iterator
-from dataclasses import asdict, fields, is_dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
+from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from companion.identification.estimates import Estimate, Identified, Response
+from companion.theory.certificate import Certificate
+from companion.theory.certificate_table import print_certificate
 
 _AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True, slots=True)
+class Concluded:
+    """What was made of an identification, beside the files."""
+
+    certified: bool
+    note: str
+    """Why not; empty if it is."""
+    certificate: Certificate | None
+    record: Mapping[str, Any]
+    """As `identify.json` has it."""
 
 
 def estimates_of(identified: Identified) -> Iterator[tuple[str, Estimate]]:
@@ -56,16 +72,26 @@ def estimates_table(identified: Identified) -> Table:
     return table
 
 
-def estimates_object(identified: Identified) -> dict[str, Any]:
-    """The same as an object: each figure with value, half_width_95 and unit."""
-    return {
-        field.name: _plain(getattr(identified, field.name))
-        for field in fields(identified)
-        if field.name != "curves"
-    }
+def print_identification(
+    console: Console, identified: Identified, concluded: Concluded, *, verbose: bool
+) -> None:
+    """Print the figures, whether the gains are certified, and where the files are.
 
-
-def _plain(value: Any) -> Any:  # noqa: ANN401 - estimates, and tuples and dataclasses of them
-    if isinstance(value, tuple):
-        return [_plain(inner) for inner in value]
-    return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
+    Args:
+        console: where to.
+        identified: what was found.
+        concluded: what was made of it.
+        verbose: the whole certificate.
+    """
+    console.print(estimates_table(identified))
+    console.print()
+    certificate = concluded.certificate
+    if verbose and certificate is not None:
+        print_certificate(console, certificate, f"mpc-l1 on {certificate.subject.vehicle.name}")
+        console.print()
+    if concluded.certified:
+        console.print(Text("the gains of mpc-l1 are certified: every condition holds", "green"))
+    else:
+        note = Text(f"the gains of mpc-l1 are not certified: {concluded.note}", "yellow")
+        console.print(note, soft_wrap=True)
+    console.print(Text("files: " + ", ".join(concluded.record["files"])), soft_wrap=True)
