@@ -33,6 +33,7 @@ def write_files(
     *,
     source: str,
     climb_rate_field: bool,
+    shaped_commands: bool | None = None,
     state_rate_hz: float = 100.0,
 ) -> WrittenFiles:
     """Write the vehicle's file, its picture, and the gains that suit it; about half a minute.
@@ -43,6 +44,8 @@ def write_files(
         folder: exists.
         source: when and how it was identified.
         climb_rate_field: whether the autopilot takes a climb rate in its thrust field.
+        shaped_commands: whether it shapes the commanded attitude, as ArduCopter does;
+            by default where it takes a climb rate, which is its default, too.
         state_rate_hz: of the state's samples that it will be flown with.
 
     Raises:
@@ -54,7 +57,10 @@ def write_files(
     paths = [folder / VEHICLE_NAME, folder / FIGURE_NAME]
     try:
         recommendation = recommend(
-            vehicle, climb_rate_field=climb_rate_field, state_rate_hz=state_rate_hz
+            vehicle,
+            climb_rate_field=climb_rate_field,
+            shaped_commands=climb_rate_field if shaped_commands is None else shaped_commands,
+            state_rate_hz=state_rate_hz,
         )
     except NothingHoldsError as error:
         return WrittenFiles(vehicle, None, str(error), tuple(paths))

@@ -46,11 +46,11 @@ ASSUMED_NOISE = NoiseConfig(
 )
 """Of a motion-capture system in a room: where nothing is known of a vehicle's own."""
 _SIGMAS = 4.0
-_R_MAX_ROOM = 1.5
+_R_MAX_ROOM = 2.0
 _LONGEST_HORIZON_S = 2.0
 _K_TIMES_LAG = (0.06, 0.4)
-_LEAST_R_MAX_M_S2 = 160.0
-"""The configuration's default."""
+_LEAST_R_MAX_M_S2 = 1000.0
+"""A bound that acts delays the MPC; one that does not costs nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +84,7 @@ def recommend(
     vehicle: VehicleConfig,
     *,
     climb_rate_field: bool = False,
+    shaped_commands: bool = False,
     state_rate_hz: float = 100.0,
 ) -> Recommendation:
     """Derive gains of `mpc-l1`; deterministic, of the order of half a minute.
@@ -93,6 +94,7 @@ def recommend(
             states none.
         climb_rate_field: whether its `dynamics.climb` is of the autopilot's own climb-rate loop,
             and not of the companion's thrust loop.
+        shaped_commands: whether the autopilot shapes the commanded attitude, as ArduCopter does.
         state_rate_hz: of the state's samples.
 
     Raises:
@@ -115,7 +117,11 @@ def recommend(
     scale = GRAVITY_M_S2 * dynamics.tilt_gain * attitude_lag_s
     horizontal = _searched(
         Scorer(
-            LoopBuilder(horizontal_family(dynamics), rates, _horizontal_noise(noise)),
+            LoopBuilder(
+                horizontal_family(dynamics, shaped_commands=shaped_commands),
+                rates,
+                _horizontal_noise(noise),
+            ),
             HORIZONTAL,
             longest,
         ),

@@ -18,8 +18,12 @@ MORE_LAG, LESS_LAG = 1.25, 0.75
 STABLE_DELAY_S, STABLE_DELAY_Z_S = 0.040, 0.070
 """With this much more delay a loop must still be stable, however badly it flies.  A height that
 oscillates takes the horizontal axes with it, and z has room."""
-GAMMA_SHARE = 0.8
-"""Of Γ, with which the loop must still be stable: Γ is a quarter or more above its lower bound."""
+GAMMA_SHARE, GAMMA_SHARE_SHAPED = 0.8, 0.65
+"""Of Γ, with which the loop must still be stable: Γ is that much above its lower bound.  The second
+where an autopilot shapes its commands: the adaptation mode is where the plant is known worst."""
+STABLE_LAG_SHAPED = 0.6
+"""Of the attitude's lag, with which x and y must still be stable where an autopilot shapes its
+commands: it answers to small ones quicker than to the steps of an identification."""
 GUST_M_S2 = 1.2
 """Peak of the acceleration by gusts, as in the jet of a fan."""
 GUST_M_S = 0.2
@@ -54,8 +58,21 @@ class Member:
     """The position reference rests, as under a fallback; there is no MPC."""
 
 
-def horizontal_family(dynamics: DynamicsConfig) -> tuple[Member, ...]:
-    """The plants of x or y, the nominal one first."""
+def horizontal_family(
+    dynamics: DynamicsConfig, *, shaped_commands: bool = False
+) -> tuple[Member, ...]:
+    """The plants of x or y, the nominal one first.
+
+    Args:
+        dynamics: of the vehicle.
+        shaped_commands: whether its autopilot shapes the commanded attitude, as ArduCopter does.
+    """
+    share = GAMMA_SHARE
+    quicker: tuple[Member, ...] = ()
+    if shaped_commands:
+        share = GAMMA_SHARE_SHAPED
+        much = _gain_lag(dynamics.attitude, STABLE_LAG_SHAPED)
+        quicker = (replace(_horizontal("lag -40 %", dynamics, 0.0, much), bounded=False),)
     gain = dynamics.tilt_gain
     nominal = replace(_horizontal("nominal", dynamics, 4.0, dynamics.attitude), bounded=False)
     return (
@@ -68,7 +85,8 @@ def horizontal_family(dynamics: DynamicsConfig) -> tuple[Member, ...]:
         replace(nominal, name="gain -15 %", weight=0.5, gain=gain * (1 - GAIN_SHARE), bounded=True),
         _horizontal("drag × 2", dynamics, 0.3, dynamics.attitude, drag=2.0),
         replace(nominal, name="gusts", weight=2.0, gust=GUST_M_S2),
-        *_only_stable(nominal, STABLE_DELAY_S),
+        *_only_stable(nominal, STABLE_DELAY_S, share),
+        *quicker,
     )
 
 
@@ -91,13 +109,15 @@ def vertical_family(climb: ResponseConfig, loop_delay_s: float) -> tuple[Member,
     )
 
 
-def _only_stable(nominal: Member, more_delay_s: float) -> tuple[Member, ...]:
+def _only_stable(
+    nominal: Member, more_delay_s: float, gamma_share: float = GAMMA_SHARE
+) -> tuple[Member, ...]:
     """Loops of which nothing is asked but to be stable."""
     bare = replace(nominal, weight=0.0)
     return (
         replace(bare, name=f"delay +{more_delay_s * 1e3:.0f} ms", more_delay_s=more_delay_s),
-        replace(bare, name="less Γ", gamma_share=GAMMA_SHARE),
-        replace(bare, name="less Γ, reference held", gamma_share=GAMMA_SHARE, held=True),
+        replace(bare, name="less Γ", gamma_share=gamma_share),
+        replace(bare, name="less Γ, reference held", gamma_share=gamma_share, held=True),
     )
 
 
