@@ -57,14 +57,16 @@ def fit_noise(
     return NoiseEstimates(
         position_m=_three([_white([beyond[:, k]], times, "m") for k in range(3)]),
         velocity_m_s=_three(
-            [_white([velocity[:, k]], times, "m/s", _walk(scatters[k])) for k in range(3)]
+            [_white([velocity[:, k]], times, "m/s", *_walk(scatters[k])) for k in range(3)]
         ),
         acceleration_m_s2_sqrt_hz=_three([_density(scatter) for scatter in scatters]),
         tilt_rad=_white([roll[quiet], pitch[quiet]], times[quiet], "rad", _wander(tilts)),
     )
 
 
-def _white(signals: list[Array], times_s: Array, unit: str, walk: float = 0.0) -> Estimate:
+def _white(
+    signals: list[Array], times_s: Array, unit: str, walk: float = 0.0, walk_spread: float = 0.0
+) -> Estimate:
     """Standard deviation of the white part that signals have in common.
 
     Args:
@@ -72,6 +74,7 @@ def _white(signals: list[Array], times_s: Array, unit: str, walk: float = 0.0) -
         times_s: (n,)
         unit: of the signals.
         walk: variance per second of a random walk in them, whose share is taken off.
+        walk_spread: standard deviation of that.
     """
     periods = np.diff(times_s)
     usual = periods < _LARGEST_STEP * float(np.median(periods))
@@ -79,11 +82,11 @@ def _white(signals: list[Array], times_s: Array, unit: str, walk: float = 0.0) -
     squares = np.concatenate([np.diff(signal, 3)[whole] ** 2 for signal in signals])
     # A robust mean: steps of the command show in a few differences only.
     whole_mean = _trimmed_mean(squares)
-    of_walk = _WALK_IN_THIRD_DIFFERENCES * walk * float(np.median(periods))
-    variance = max(whole_mean - of_walk, _LEAST_SHARE * whole_mean) / _OF_THIRD_DIFFERENCES
+    per_walk = _WALK_IN_THIRD_DIFFERENCES * float(np.median(periods))
+    variance = max(whole_mean - per_walk * walk, _LEAST_SHARE * whole_mean) / _OF_THIRD_DIFFERENCES
     sigma = math.sqrt(variance)
     relative = math.sqrt(2.0 * (1.0 + _CORRELATION) / max(1, len(squares)))
-    spread = relative * whole_mean / _OF_THIRD_DIFFERENCES
+    spread = math.hypot(relative * whole_mean, per_walk * walk_spread) / _OF_THIRD_DIFFERENCES
     return Estimate(sigma, _NORMAL_95 * spread / max(2.0 * sigma, 1e-12), unit)
 
 
@@ -94,9 +97,11 @@ def _trimmed_mean(squares: Array) -> float:
     return float(np.mean(kept)) / _KEPT_OF_VARIANCE if len(kept) else 0.0
 
 
-def _walk(fitted: FittedScatter) -> float:
+def _walk(fitted: FittedScatter) -> tuple[float, float]:
+    """Variance of the walk per second, and its standard deviation."""
     assert isinstance(fitted.scatter, VelocityScatter)
-    return fitted.scatter.density**2
+    density = fitted.scatter.density
+    return density**2, 2.0 * density * fitted.half_widths[1] / _NORMAL_95
 
 
 def _wander(fitted: tuple[FittedScatter, FittedScatter]) -> float:
