@@ -19,6 +19,7 @@ from companion.report.identification_table import Concluded
 from companion.theory.certificate import Certificate, certify
 
 JSON_NAME = "identify.json"
+_GAP_S = 0.05
 _WIND_M_S = 4.5
 """As `companion certify` reckons with by default."""
 
@@ -38,7 +39,7 @@ def conclude(
     Raises:
         OSError: something can't be written.
     """
-    rate_hz = float(round(1.0 / float(np.median(np.diff(recording.time_s)))))
+    rate_hz = _rate_hz(recording)
     written = write_files(
         identified,
         base,
@@ -63,6 +64,12 @@ def conclude(
     text = json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False)
     write_whole(folder / JSON_NAME, text + "\n")
     return Concluded(certified, note, certificate, record)
+
+
+def _rate_hz(recording: Recording) -> float:
+    """Of the samples; their times jitter, and some are lost."""
+    steps_s = np.diff(recording.time_s)
+    return float(round(1.0 / float(np.mean(steps_s[steps_s < _GAP_S]))))
 
 
 def _certificate(written: WrittenFiles, rate_hz: float) -> tuple[Certificate | None, str]:

@@ -1,11 +1,19 @@
 """`companion identify`: what it refuses, and what a log says once more."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
 
 from companion.cli import app
+from companion.config.resolve import find_config
+from companion.config.yaml_source import read_yaml
+from companion.flight.experiment import EXPERIMENT_CHANNELS
+from companion.flight.records import CHANNELS
+from companion.identification.estimates import Estimate, UnidentifiedError
+from companion.recording.flight_log import FlightLog
+from companion.report.identification_table import Concluded
 
 
 @pytest.fixture(autouse=True)
@@ -56,3 +64,110 @@ def test_a_folder_with_a_log_in_it_is_not_flown_into(here):
     assert result.exit_code == 2
     assert "holds a flight's log already" in result.stderr
     assert (here / "flight.mcap").read_bytes() == b"there"
+
+
+def a_log(folder):
+    """Two samples of an identification flight of the x500."""
+    log = FlightLog(folder, (*CHANNELS, *EXPERIMENT_CHANNELS))
+    facts = {
+        "autopilot": "px4",
+        "thrust_kind": "collective",
+        "thrust_climb_m_s": 0.0,
+        "thrust_descent_m_s": 0.0,
+        "vehicle": dict(read_yaml(find_config("vehicle", "x500")).data),
+    }
+    log.record("experiment", 1.0, facts)
+    for time_s in (2.0, 2.01):
+        log.record(
+            "control",
+            time_s,
+            {
+                "autopilot_time_s": time_s,
+                "received_s": time_s,
+                "loop_delay_s": 0.03,
+                "phase": "track",
+                "rung": "track",
+                "position_enu_m": [0.0, 0.0, 2.5],
+                "velocity_enu_m_s": [0.0, 0.0, 0.0],
+                "attitude_flu_to_enu": [1.0, 0.0, 0.0, 0.0],
+                "rate_flu_rad_s": [0.0, 0.0, 0.0],
+                "attitude_setpoint_flu_to_enu": [1.0, 0.0, 0.0, 0.0],
+                "thrust": 0.5,
+                "applied_u": [0.0, 0.0, 0.0],
+                "roll_rad": 0.0,
+                "pitch_rad": 0.0,
+                "segment": "hover",
+            },
+        )
+    log.close()
+    return folder
+
+
+@pytest.fixture
+def found(monkeypatch):
+    """What stands in for the fit and for the gains: they have tests of their own."""
+    seen = {}
+
+    def identify(recording, *, thrust_curve):
+        seen["samples"] = len(recording)
+        return SimpleNamespace()
+
+    def conclude(identified, recording, vehicle, folder, source):
+        seen.update(vehicle=vehicle, folder=folder, source=source)
+        certified = seen.get("certified", True)
+        record = {"verdict": "identified" if certified else "uncertified", "files": ["there"]}
+        return Concluded(certified, "" if certified else "x: too quick", None, record)
+
+    monkeypatch.setattr("companion.identify_command.identify", identify)
+    monkeypatch.setattr("companion.identify_command.conclude", conclude)
+    one = Estimate(1.5, 0.25, "rad/s")
+    monkeypatch.setattr(
+        "companion.report.identification_table.estimates_of", lambda _: iter([("roll", one)])
+    )
+    return seen
+
+
+def test_a_log_is_identified_as_the_vehicle_that_was_flown(here, found):
+    result = run("--log", str(a_log(here / "log")))
+    assert result.exit_code == 0, result.output
+    assert "2 samples in 0 s under px4: hover 2" in result.stderr
+    assert "1.5" in result.stdout
+    assert "0.25" in result.stdout
+    assert "certified: every condition holds" in result.stdout
+    assert found["samples"] == 2
+    assert (found["vehicle"].name, found["vehicle"].tilt_limit_deg) == ("x500", 35.0)
+    assert found["folder"] == here / "log"
+    assert f"from the log {here / 'log'}" in found["source"]
+
+
+def test_limits_and_name_may_be_others_and_the_files_go_elsewhere(here, found):
+    log = a_log(here / "log")
+    options = ("--vehicle", "sih_quadx", "--name", "mine", "--out", str(here / "files"))
+    assert run("--log", str(log), *options).exit_code == 0
+    assert (found["vehicle"].name, found["vehicle"].tilt_limit_deg) == ("mine", 40.0)
+    assert found["folder"] == here / "files"
+    assert found["folder"].is_dir()
+
+
+def test_gains_without_a_certificate_have_an_exit_status_of_their_own(here, found):
+    found["certified"] = False
+    log = a_log(here / "log")
+    told = run("--log", str(log))
+    assert told.exit_code == 1
+    assert "not certified: x: too quick" in told.stdout
+    result = run("--log", str(log), "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["verdict"] == "uncertified"
+
+
+def test_what_cannot_be_told_from_a_flight_is_said(here, found, monkeypatch):
+    def identify(recording, *, thrust_curve):
+        raise UnidentifiedError("the part 'roll' is missing: fly it again")
+
+    monkeypatch.setattr("companion.identify_command.identify", identify)
+    result = run("--log", str(a_log(here / "log")), "--json")
+    assert result.exit_code == 4
+    told = json.loads(result.stdout)
+    assert told["verdict"] == "unidentified"
+    assert "the part 'roll' is missing" in told["note"]
+    assert "vehicle" not in found
