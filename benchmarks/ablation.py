@@ -2,8 +2,8 @@
 
     python benchmarks/ablation.py [--vehicle bebop2] [--seeds 2] [--out ablation]
 
-Trajectories 2, 4 and 5; calm, with the fan, in gusts; and each on a vehicle that lags 50 % more.  The
-controllers' files are written to the folder, so that each row can be flown again.
+Trajectories 2, 4 and 5; calm, with the fan, in gusts; and each on a vehicle that lags 50 % more.
+The controllers' files are written to the folder, so that each row can be flown again.
 """
 
 import argparse
@@ -28,8 +28,8 @@ PARTS: dict[str, dict[str, Any]] = {
     },
     "C(s) at 5 rad/s": {"low_pass_rad_s": [5.0, 5.0, 5.0]},
 }
-"""What is changed in the section `plus`.  Without the penalty on w' the other two are lowered to the
-same slew of the tilt command."""
+"""What is changed in the section `plus`.  Without the penalty on w' the other two are lowered to
+the same slew of the tilt command."""
 
 
 def main() -> None:
