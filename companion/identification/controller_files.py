@@ -3,7 +3,7 @@
 import textwrap
 from pathlib import Path
 
-from companion.config.models import L1Config, MpcConfig
+from companion.config.models import ControllerConfig, L1Config, MpcConfig
 from companion.identification.recommend import AxisGains, Recommendation
 
 _WIDTH = 98
@@ -42,6 +42,48 @@ def write_mpc_l1(recommendation: Recommendation, name: str, path: Path) -> None:
         OSError: it can't be written.
     """
     path.write_text(mpc_l1_yaml(recommendation, name), encoding="utf-8")
+
+
+def mpc_l1_plus_yaml(controller: ControllerConfig, name: str) -> str:
+    """The text of `mpc-l1-plus`'s file.
+
+    Args:
+        controller: by `recommend_plus`.
+        name: of the vehicle.
+    """
+    plus = controller.plus
+    assert plus is not None
+    lines = [
+        f"# MPC-L1+ for the {name}: bandwidths by its lags.  Its model is in the vehicle's file.",
+        f"framework: {controller.framework}",
+        "source: >-",
+        *_folded(controller.source),
+    ]
+    if controller.fallback is not None:
+        lines.append(f"fallback: {controller.fallback}")
+    lines += [
+        "plus:",
+        f"  bandwidth_rad_s: {_list(plus.bandwidth_rad_s)}",
+        f"  rate_time_s: {_list(plus.rate_time_s)}",
+        f"  low_pass_rad_s: {_list(plus.low_pass_rad_s)}",
+        f"  sigma_walk: {_list(plus.sigma_walk)}",
+    ]
+    if plus.climb_rate is not None:
+        values = plus.climb_rate.model_dump()
+        lines += [
+            "  # z over an autopilot's own climb-rate loop.",
+            "  climb_rate: {" + ", ".join(f"{k}: {v:g}" for k, v in values.items()) + "}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def write_mpc_l1_plus(controller: ControllerConfig, name: str, path: Path) -> None:
+    """Write `mpc-l1-plus`'s file; arguments as for `mpc_l1_plus_yaml`.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    path.write_text(mpc_l1_plus_yaml(controller, name), encoding="utf-8")
 
 
 def _l1(l1: L1Config, recommendation: Recommendation) -> list[str]:

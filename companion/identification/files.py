@@ -3,15 +3,18 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from companion.config.models import VehicleConfig
-from companion.identification.controller_files import write_mpc_l1
+from companion.config.models import ControllerConfig, VehicleConfig
+from companion.config.relief import NO_FALLBACK
+from companion.identification.controller_files import write_mpc_l1, write_mpc_l1_plus
 from companion.identification.estimates import Identified
 from companion.identification.figure import draw_identification
-from companion.identification.recommend import Recommendation, recommend
+from companion.identification.recommend import Recommendation, method_source, recommend
+from companion.identification.recommend_plus import recommend_plus
 from companion.identification.recommend_search import NothingHoldsError
 from companion.identification.vehicle_file import write_vehicle
 
-VEHICLE_NAME, MPC_L1_NAME, FIGURE_NAME = "vehicle.yaml", "mpc-l1.yaml", "identify.png"
+VEHICLE_NAME, FIGURE_NAME = "vehicle.yaml", "identify.png"
+MPC_L1_NAME, MPC_L1_PLUS_NAME = "mpc-l1.yaml", "mpc-l1-plus.yaml"
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +27,8 @@ class WrittenFiles:
     note: str
     """Why there are no gains; empty where there are."""
     paths: tuple[Path, ...]
+    plus: ControllerConfig
+    """Gains of `mpc-l1-plus`, which falls back to those of `mpc-l1` where there are any."""
 
 
 def write_files(
@@ -55,6 +60,7 @@ def write_files(
     title = f"{vehicle.name}: identified, residuals below"
     draw_identification(identified, title, folder / FIGURE_NAME)
     paths = [folder / VEHICLE_NAME, folder / FIGURE_NAME]
+    recommendation, note = None, ""
     try:
         recommendation = recommend(
             vehicle,
@@ -63,6 +69,16 @@ def write_files(
             state_rate_hz=state_rate_hz,
         )
     except NothingHoldsError as error:
-        return WrittenFiles(vehicle, None, str(error), tuple(paths))
-    write_mpc_l1(recommendation, vehicle.name, folder / MPC_L1_NAME)
-    return WrittenFiles(vehicle, recommendation, "", (*paths, folder / MPC_L1_NAME))
+        note = str(error)
+    else:
+        write_mpc_l1(recommendation, vehicle.name, folder / MPC_L1_NAME)
+        paths.append(folder / MPC_L1_NAME)
+    plus = recommend_plus(
+        vehicle,
+        method_source(vehicle),
+        climb_rate_field=climb_rate_field,
+        fallback=NO_FALLBACK if recommendation is None else MPC_L1_NAME,
+    )
+    write_mpc_l1_plus(plus, vehicle.name, folder / MPC_L1_PLUS_NAME)
+    paths.append(folder / MPC_L1_PLUS_NAME)
+    return WrittenFiles(vehicle, recommendation, note, tuple(paths), plus)

@@ -32,6 +32,7 @@ from companion.identification.recommend_plants import (
     horizontal_family,
     vertical_family,
 )
+from companion.identification.recommend_plus import lag_s
 from companion.identification.recommend_score import HORIZONTAL, VERTICAL, Scorer
 from companion.identification.recommend_search import Space, search
 from companion.theory.envelope import Air, ThrustLoop, horizontal_bounds, vertical_bounds
@@ -86,6 +87,7 @@ def recommend(
     climb_rate_field: bool = False,
     shaped_commands: bool = False,
     state_rate_hz: float = 100.0,
+    generations: int = 60,
 ) -> Recommendation:
     """Derive gains of `mpc-l1`; deterministic, of the order of half a minute.
 
@@ -96,6 +98,7 @@ def recommend(
             and not of the companion's thrust loop.
         shaped_commands: whether the autopilot shapes the commanded attitude, as ArduCopter does.
         state_rate_hz: of the state's samples.
+        generations: of the search over x and y; z has half of them.
 
     Raises:
         ValueError: the vehicle states no dynamics.
@@ -113,7 +116,7 @@ def recommend(
     longest = math.ceil(_LONGEST_HORIZON_S / rates.period_s)
     thrust = ThrustConfig()
 
-    attitude_lag_s = _lag_s(dynamics.attitude, dynamics.loop_delay_s)
+    attitude_lag_s = lag_s(dynamics.attitude, dynamics.loop_delay_s)
     scale = GRAVITY_M_S2 * dynamics.tilt_gain * attitude_lag_s
     horizontal = _searched(
         Scorer(
@@ -131,25 +134,26 @@ def recommend(
             omega_over_m=(0.3 / scale, 1.4 / scale),
             gamma=(100.0, 2000.0),
             horizon_s=(0.7, _LONGEST_HORIZON_S),
+            generations=generations,
         ),
         lambda m, omega: horizontal_bounds(vehicle, dynamics, Air(), m, omega, 0.0).sigma,
     )
 
     def over(climb: ResponseConfig) -> AxisGains:
         family = vertical_family(climb, dynamics.loop_delay_s)
-        lag_s = _lag_s(climb, dynamics.loop_delay_s)
+        climb_lag_s = lag_s(climb, dynamics.loop_delay_s)
         stated = dynamics.model_copy(update={"climb": climb})
         loop = ThrustLoop(thrust.proportional, thrust.maximum_acceleration_m_s2)
         return _searched(
             Scorer(LoopBuilder(family, rates, _vertical_noise(noise, thrust)), VERTICAL, longest),
             Space(
-                k=(_K_TIMES_LAG[0] / lag_s, _K_TIMES_LAG[1] / lag_s),
+                k=(_K_TIMES_LAG[0] / climb_lag_s, _K_TIMES_LAG[1] / climb_lag_s),
                 damping=(0.5, 1.6),
                 omega_over_m=(0.3, 1.6),
                 gamma=(100.0, 2000.0),
                 horizon_s=None,
                 horizon=horizontal.horizon,
-                generations=30,
+                generations=max(1, generations // 2),
             ),
             lambda m, omega: vertical_bounds(vehicle, stated, Air(), loop, m, omega, 0.0).sigma,
         )
@@ -161,7 +165,7 @@ def recommend(
         vertical = over(dynamics.climb)
     controller = ControllerConfig(
         framework="mpc-l1",
-        source=_source(vehicle),
+        source=method_source(vehicle),
         l1=_l1(horizontal, vertical, None if climb_rate_field else climb_rate),
         mpc=mpc.model_copy(
             update={
@@ -229,13 +233,6 @@ def _l1(horizontal: AxisGains, z: AxisGains, climb_rate: AxisGains | None) -> L1
     )
 
 
-def _lag_s(response: ResponseConfig, loop_delay_s: float) -> float:
-    """Delay in all, and the time constant 2 ζ / ωn."""
-    return (
-        loop_delay_s + response.delay_s + 2.0 * response.damping / response.natural_frequency_rad_s
-    )
-
-
 def _horizontal_noise(noise: NoiseConfig) -> AxisNoise:
     """The worse of x and y: one set of gains flies both."""
     return AxisNoise(
@@ -254,7 +251,8 @@ def _vertical_noise(noise: NoiseConfig, thrust: ThrustConfig) -> AxisNoise:
     )
 
 
-def _source(vehicle: VehicleConfig) -> str:
+def method_source(vehicle: VehicleConfig) -> str:
+    """What the files say of where their numbers come from."""
     return (
         f"companion {version('companion')}, the method of docs/recommended-gains.md on the "
         f"dynamics of {vehicle.name}."
