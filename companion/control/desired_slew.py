@@ -20,6 +20,7 @@ _STEP_S = 0.1
 _AHEAD_S = 0.2
 _HELD_S = 1.0
 _FORGOTTEN_S = 0.7
+_AS_LARGE = 0.98
 _GREATEST_RAD_S = 5.0
 """A reference that jumps asks for no rate that could be flown."""
 _TIMES_S = _AHEAD_S + _STEP_S * np.array([-1.5, -0.5, 0.5, 1.5])
@@ -56,6 +57,6 @@ def step(memory: DesiredSlew, reference: Reference, time_s: float) -> DesiredSle
     kept = memory.rate_rad_s
     if time_s - memory.peak_s > _HELD_S and math.isfinite(passed_s):
         kept *= math.exp(-passed_s / _FORGOTTEN_S)
-    if rate >= kept:
+    if rate >= _AS_LARGE * kept:
         return DesiredSlew(rate, time_s, time_s)
     return DesiredSlew(kept, memory.peak_s, time_s)

@@ -201,11 +201,7 @@ def step(
 
 def at_level(memory: MonitorMemory, level: int) -> MonitorMemory:
     """The memory at another level: what flies there is judged by its own deeds."""
-    kept = Smoothed(
-        delay_s=memory.smoothed.delay_s,
-        roll_rad=memory.smoothed.roll_rad,
-        pitch_rad=memory.smoothed.pitch_rad,
-    )
+    kept = Smoothed(delay_s=memory.smoothed.delay_s)
     return replace(
         memory,
         level=level,

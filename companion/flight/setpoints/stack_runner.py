@@ -160,10 +160,11 @@ class StackRunner:
             flown = self._fly(before, tick, reference, changes)
         assert flown.command is not None
         assert flown.record is not None
+        # What a fade makes of a command is not the controller's doing.
+        watch = self._look(before, flown.record, tick, reference, changes)
         flown = self._with_fade(flown, flown.command, flown.record)
         self._flown = flown
         self._thrust_memory = flown.memory.thrust
-        watch = self._look(before, flown, tick, reference, changes)
         return flown.command, flown.record, watch
 
     def _started(self, tick: Tick, changes: list[Change]) -> _Flown:
@@ -294,17 +295,17 @@ class StackRunner:
     def _look(
         self,
         before: _Flown,
-        flown: _Flown,
+        record: StackRecord,
         tick: Tick,
         reference: Reference,
         changes: list[Change],
     ) -> Watch:
         """The monitor's look at a tick; whatever fails in it, the flight goes on as it is."""
         watch, limits = self.watch(), self._stacks.monitor
-        if limits is None or not self._monitor_works or flown.record is None:
+        if limits is None or not self._monitor_works:
             return replace(watch, changes=tuple(changes))
         try:
-            watch = self._monitored(limits, before, flown.record, tick, reference, changes)
+            watch = self._monitored(limits, before, record, tick, reference, changes)
         except Exception as error:
             self._monitor_works = False
             self._wanted = None
