@@ -5,9 +5,12 @@ from companion.config.resolve import FlightConfig
 from companion.config.yaml_source import ConfigError
 from companion.control.inner import L1Controller
 from companion.control.interfaces import OuterController
-from companion.flight.assemble import make_paper_stack
+from companion.control.plus.stack import PlusStack
+from companion.flight.assemble import make_paper_stack, make_stack
+from companion.flight.assemble_plus import thrust_before_asking
 from companion.theory.certificate import Subject
 from companion.theory.envelope import Air, ThrustLoop
+from companion.theory.plus_certificate import PlusSubject
 
 _FAR = 1e6
 
@@ -27,7 +30,7 @@ def certificate_subject(config: FlightConfig, wind_m_s: float) -> Subject:
         raise ConfigError(
             f"{config.mission.controller}: certify speaks of L1 controllers, and the framework "
             f"{controller.framework} has none: there is no norm condition to check. Give a "
-            "controller of the frameworks mpc-l1, pid-l1, lqr-l1 or l1."
+            "controller of the frameworks mpc-l1-plus, mpc-l1, pid-l1, lqr-l1 or l1."
         )
     if vehicle.dynamics is None:
         raise ConfigError(
@@ -43,6 +46,33 @@ def certificate_subject(config: FlightConfig, wind_m_s: float) -> Subject:
         thrust=ThrustLoop(
             controller.thrust.proportional, controller.thrust.maximum_acceleration_m_s2
         ),
+        air=Air(wind_m_s=wind_m_s),
+        sample_s=1.0 / config.mission.state_rate_hz,
+    )
+
+
+def plus_subject(config: FlightConfig, wind_m_s: float) -> PlusSubject:
+    """What is certified of MPC-L1+; arguments as for `certificate_subject`.
+
+    The thrust field is taken for what the vehicle's file says that it is.
+
+    Raises:
+        ConfigError: the vehicle's file says too little.
+    """
+    controller, vehicle = config.controller, config.vehicle
+    thrust = thrust_before_asking(vehicle)
+    stack, cautious = (
+        make_stack(controller, vehicle, config.mission, thrust=thrust, cautious=careful)
+        for careful in (False, True)
+    )
+    assert isinstance(stack, PlusStack)
+    assert isinstance(cautious, PlusStack)
+    assert vehicle.dynamics is not None
+    return PlusSubject(
+        stack=stack,
+        cautious=cautious,
+        vehicle=vehicle,
+        dynamics=vehicle.dynamics,
         air=Air(wind_m_s=wind_m_s),
         sample_s=1.0 / config.mission.state_rate_hz,
     )

@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from companion.theory.certificate import AxisCertificate, Certificate
+from companion.theory.condition_table import conditions_table, print_verdict
 from companion.theory.norms import L1Norm
 
 _Row = tuple[str, Callable[[AxisCertificate], str], str]
@@ -27,49 +28,11 @@ def print_certificate(console: Console, certificate: Certificate, title: str) ->
         title: the controller and the vehicle.
     """
     console.print(Text(title, style="bold"))
-    console.print(_conditions(certificate))
+    console.print(conditions_table(certificate.axes))
     console.print()
     console.print(_figures(certificate))
     console.print()
-    for axis, names in _grouped(certificate, lambda c: c.reason):
-        console.print(Text(f"fails on {names}: {axis}", style="red"), soft_wrap=True)
-    for axis, names in _grouped(certificate, lambda c: c.caution):
-        console.print(Text(f"caution on {names}: {axis}", style="yellow"), soft_wrap=True)
-    verdict, style = "not certified", "bold red"
-    if certificate.holds:
-        cautious = any(c.caution for axis in certificate.axes for c in axis.conditions)
-        verdict = "certified: every condition holds" + (", with caution" if cautious else "")
-        style = "bold yellow" if cautious else "bold green"
-    console.print(Text(verdict), style=style)
-
-
-def _conditions(certificate: Certificate) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    table.add_column("condition", no_wrap=True)
-    for axis in certificate.axes:
-        table.add_column(axis.axis, no_wrap=True)
-    table.add_column("found", overflow="fold")
-    for k, condition in enumerate(certificate.axes[0].conditions):
-        marks = [_mark(axis, k) for axis in certificate.axes]
-        table.add_row(condition.name, *marks, _found(certificate, k))
-    return table
-
-
-def _found(certificate: Certificate, k: int) -> str:
-    """The figures of a condition; those that axes share once."""
-    by_text: dict[str, list[str]] = {}
-    for axis in certificate.axes:
-        by_text.setdefault(axis.conditions[k].found, []).append(axis.axis)
-    if len(by_text) == 1:
-        return next(iter(by_text))
-    return "\n".join(f"{', '.join(axes)}: {found}" for found, axes in by_text.items())
-
-
-def _mark(axis: AxisCertificate, k: int) -> Text:
-    condition = axis.conditions[k]
-    if not condition.holds:
-        return Text("no", style="bold red")
-    return Text("yes", style="yellow" if condition.caution else "green")
+    print_verdict(console, certificate.axes)
 
 
 def _figures(certificate: Certificate) -> Table:
@@ -116,16 +79,6 @@ def _rows(certificate: Certificate) -> list[_Row]:
         ("largest safe Γ", _safe, "10 √(mΓ) ≤ 2π f, and stable"),
         ("largest stable Γ", lambda a: _general(a.gamma_high), "; ".join(sorted(ends))),
     ]
-
-
-def _grouped(certificate: Certificate, text: Callable[..., str]) -> list[tuple[str, str]]:
-    """Texts with the axes and conditions that they belong to, equal ones joined."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for axis in certificate.axes:
-        for condition in axis.conditions:
-            if text(condition):
-                found.setdefault((condition.name, text(condition)), []).append(axis.axis)
-    return [(said, f"{', '.join(axes)} ({name})") for (name, said), axes in found.items()]
 
 
 def _norm(norm: L1Norm | None) -> str:
