@@ -16,7 +16,7 @@ import numpy as np
 
 from companion.control.plus.feedback import AUGMENTED, FeedbackSettings, riccati
 from companion.control.plus.nominal_plant import STATES, NominalPlant
-from companion.control.qp.port import QpSolver, QpSolverFactory
+from companion.control.qp.port import QpSolution, QpSolver, QpSolverFactory
 from companion.control.reference_model import Array
 
 _SLACK_PRICE = 30.0
@@ -55,6 +55,25 @@ class Flat:
     """(steps,) p* at the end of each step."""
     velocity: Array
     """(steps,) v* at the end of each step."""
+
+
+class _Whitened:
+    """A solver for ½ xᵀ P x + qᵀ x in y = Lᵀ x, P = L Lᵀ, where the cost is ½ |y|² + ….
+
+    As it stands the cost is too flat for a first-order solver: changes of the input late in the
+    horizon cost next to nothing beside a slack.
+    """
+
+    def __init__(self, p: Array, a: Array, make_solver: QpSolverFactory) -> None:
+        self._inverse = np.linalg.inv(np.linalg.cholesky(p))
+        self._solver: QpSolver = make_solver(np.eye(len(p)), a @ self._inverse.T)
+
+    def solve(self, q: Array, lower: Array, upper: Array) -> QpSolution:
+        """See `QpSolver`."""
+        found = self._solver.solve(self._inverse @ q, lower, upper)
+        if found.x is None:
+            return found
+        return QpSolution(self._inverse.T @ found.x, found.status, found.iterations)
 
 
 class AxisPlan:
@@ -105,21 +124,19 @@ class AxisPlan:
         differences = np.eye(n)
         self._hard_rows = np.vstack([w_rows, differences])
         velocity, position = change[:, 1, :], change[:, 0, :]
-        self._hard: QpSolver = make_solver(hessian, self._hard_rows)
+        self._hard: QpSolver = _Whitened(hessian, self._hard_rows, make_solver)
         soft_hessian = np.zeros((3 * n, 3 * n))
         soft_hessian[:n, :n] = hessian
         soft_hessian[n:, n:] = _SLACK_PRICE * np.eye(2 * n)
         nothing, one = np.zeros((n, n)), np.eye(n)
-        self._soft: QpSolver = make_solver(
-            soft_hessian,
-            np.block(
-                [
-                    [self._hard_rows, np.zeros((2 * n, 2 * n))],
-                    [velocity, -one, nothing],
-                    [position, nothing, -one],
-                ]
-            ),
+        rows = np.block(
+            [
+                [self._hard_rows, np.zeros((2 * n, 2 * n))],
+                [velocity, -one, nothing],
+                [position, nothing, -one],
+            ]
         )
+        self._soft: QpSolver = _Whitened(soft_hessian, rows, make_solver)
 
     def violated(self, start: Array, flat: Flat, bounds: Bounds) -> tuple[bool, Array]:
         """Whether the unconstrained optimum leaves a bound, and the positions (steps,) on its way.
