@@ -84,7 +84,7 @@ def horizontal_family(
         replace(nominal, name="gain +15 %", weight=0.5, gain=gain * (1 + GAIN_SHARE), bounded=True),
         replace(nominal, name="gain -15 %", weight=0.5, gain=gain * (1 - GAIN_SHARE), bounded=True),
         _horizontal("drag × 2", dynamics, 0.3, dynamics.attitude, drag=2.0),
-        replace(nominal, name="gusts", weight=2.0, gust=GUST_M_S2),
+        replace(nominal, name="gusts", weight=1.2, gust=GUST_M_S2),
         *_only_stable(nominal, STABLE_DELAY_S, share),
         *quicker,
     )
@@ -104,7 +104,7 @@ def vertical_family(climb: ResponseConfig, loop_delay_s: float) -> tuple[Member,
         replace(nominal, name="delay +20 ms", weight=1.0, more_delay_s=MORE_DELAY_S, bounded=True),
         replace(nominal, name="gain +15 %", weight=0.5, gain=1 + GAIN_SHARE, bounded=True),
         replace(nominal, name="gain -15 %", weight=0.5, gain=1 - GAIN_SHARE, bounded=True),
-        replace(nominal, name="gusts", weight=2.0, gust=GUST_M_S),
+        replace(nominal, name="gusts", weight=1.2, gust=GUST_M_S),
         *_only_stable(nominal, STABLE_DELAY_Z_S),
     )
 
