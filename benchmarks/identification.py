@@ -95,8 +95,8 @@ def tolerance(figure: str, truth: float) -> float | None:
     return None
 
 
-def fly(flight: Flight) -> None:
-    """Fly both, identify both, keep the figures."""
+def fly(flight: Flight) -> str:
+    """Fly both, identify both, keep the figures; gives how the flight ended."""
     said: dict[str, Any] = {"vehicle": flight.vehicle, "flavour": flight.flavour}
     said["seed"] = flight.seed
     outcome, kept = fly_identification(flight.vehicle, autopilot=flight.flavour, seed=flight.seed)
@@ -118,6 +118,7 @@ def fly(flight: Flight) -> None:
     unfinished = flight.file.with_suffix(".part")
     unfinished.write_text(json.dumps(said, ensure_ascii=False))
     unfinished.replace(flight.file)
+    return outcome.outcome
 
 
 def rows_of(flights: list[dict[str, Any]]) -> list[Row]:
@@ -219,9 +220,9 @@ def main() -> None:
     ]
     missing = [flight for flight in study if not flight.file.exists()]
 
-    def on_done(index: int, result: Failure | None) -> None:
+    def on_done(index: int, result: str | Failure) -> None:
         flight = missing[index]
-        said = f": {result.reason}" if isinstance(result, Failure) else ""
+        said = f": {result.reason if isinstance(result, Failure) else result}"
         sys.stderr.write(f"{flight.vehicle} {flight.flavour} seed {flight.seed}{said}\n")
 
     with Workers(fly, options.jobs) as workers:
