@@ -3,10 +3,8 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import cast
 
 from companion.config.resolve import FlightConfig
-from companion.control.frameworks import Stack
 from companion.control.thrust import GRAVITY_M_S2
 from companion.flight.assemble import make_paper_stack, supervisor_limits
 from companion.flight.errors import FlightAbortedError, FlightRefusedError
@@ -93,7 +91,7 @@ class ExperimentFlight:
         vehicle = config.vehicle.model_copy(update={"hover_thrust": self.hover_guess})
         hold = make_paper_stack(config.controller, vehicle, config.mission, thrust=thrust)
         stack = ExcitationStack(hold, self.experiment.program, self.experiment.box)
-        self.control.adopt(cast("Stack", stack), supervisor_limits(config.mission))
+        self.control.adopt(stack, supervisor_limits(config.mission))
 
     def watch(self, authority: Authority) -> None:
         """End the flight by a landing when the vehicle is outside the box."""

@@ -12,8 +12,8 @@ import numpy as np
 
 from companion.control import tilt, yaw
 from companion.control.attitude import AttitudeGains
-from companion.control.frameworks import Command, Reference, Stack, StackRecord, Tick
-from companion.control.interfaces import InnerRecord
+from companion.control.frameworks import Command, Limits, Reference, Stack, StackRecord, Tick
+from companion.control.interfaces import AdaptationMean, InnerRecord
 from companion.control.pid import PidMemory
 from companion.control.reference_model import Array
 from companion.control.thrust import GRAVITY_M_S2
@@ -90,6 +90,11 @@ class ExcitationStack:
         return self.hold.thrust
 
     @property
+    def limits(self) -> Limits:
+        """The vehicle's, as of the hold."""
+        return self.hold.limits
+
+    @property
     def attitude_loop(self) -> AttitudeGains | None:
         """None: attitudes are what is identified."""
         return self.hold.attitude_loop
@@ -97,6 +102,9 @@ class ExcitationStack:
     def about(self, anchor_enu_m: Vector3) -> "ExcitationStack":
         """The same: its box lies about the hover point, wherever that is."""
         return self
+
+    def without_adaptation(self, mean: AdaptationMean) -> None:
+        """Nothing adapts in it."""
 
     def start(
         self,

@@ -8,7 +8,7 @@ import pytest
 from companion.config.resolve import load_flight
 from companion.control.frameworks import Tick
 from companion.experiments.identification_flight import load_identification, plan_identification
-from companion.flight.assemble import make_stack
+from companion.flight.assemble import make_paper_stack
 from companion.frames import quaternion_from_euler
 from companion.identification.excitation_stack import HOLD, ExcitationStack
 from companion.thrust_meaning import COLLECTIVE, ThrustMeaning
@@ -26,9 +26,9 @@ def plan():
 
 
 def stack_of(plan, thrust=COLLECTIVE):
-    hold = make_stack(plan.config.controller, plan.config.vehicle, plan.config.mission)
+    hold = make_paper_stack(plan.config.controller, plan.config.vehicle, plan.config.mission)
     if thrust is not COLLECTIVE:
-        hold = make_stack(
+        hold = make_paper_stack(
             plan.config.controller, plan.config.vehicle, plan.config.mission, thrust=thrust
         )
     return ExcitationStack(hold, plan.experiment.program, plan.experiment.box)
@@ -257,7 +257,7 @@ def test_what_is_not_finite_raises_in_place_of_being_sent(plan):
 def test_the_hold_keeps_a_slow_vehicle_steady():
     """Through a lag of 0.35 s, in all, from a metre off: it comes back and rings down."""
     config = load_flight(None, {"controller": str(_hold_file()), "vehicle": "sih_quadx"}, {})
-    stack = make_stack(config.controller, config.vehicle, config.mission)
+    stack = make_paper_stack(config.controller, config.vehicle, config.mission)
     memory = stack.start(state_at(0.0, (1.0, 0.0, 2.5)))
     x, v, tilt, lag, delay = 1.0, 0.0, 0.0, 0.25, 10
     queue = [0.0] * delay
