@@ -35,7 +35,7 @@ def certificate_subject(config: FlightConfig, wind_m_s: float) -> Subject:
     if vehicle.dynamics is None:
         raise ConfigError(
             f"{config.mission.vehicle}: the vehicle's file has no section 'dynamics', so that A(s) "
-            "is not known. Measure it (tools/measure_responses.py shows how) and add it."
+            "is not known. Let `companion identify` find it, or state it."
         )
     inner, outer = _unlimited(config)
     return Subject(
