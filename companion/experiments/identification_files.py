@@ -46,6 +46,7 @@ def conclude(
         folder,
         source=source,
         climb_rate_field=recording.thrust_meaning.kind == "climb_rate",
+        shaped_commands=recording.autopilot == "ardupilot",
         state_rate_hz=rate_hz,
     )
     certificate, note = _certificate(written, rate_hz)
