@@ -100,6 +100,8 @@ class PlusMemory:
     """(3,) w = u - u* of the last input; None before the first one of its own."""
     acting: tuple[Acting, ...]
     """Inputs that act, or are on their way."""
+    tangent: Array
+    """(2,) of the commanded tilt, by horizontal axis."""
     planner: PlannerMemory
     thrust: Any
     yaw_rad: float
@@ -170,6 +172,7 @@ class PlusStack:
             ),
             deviation=None,
             acting=(Acting((state.time_s,) * 3, _triple(u)),),
+            tangent=u[:2] / force,
             planner=PlannerMemory(state.time_s, (math.nan,) * 3),
             thrust=self.thrust.start(float(velocity[2]), thrust_memory),
             yaw_rad=yaw_of(state.attitude_flu_to_enu),
@@ -199,13 +202,14 @@ class PlusStack:
         yaw_command = yaw.step(
             self.yaw, memory.yaw_rad, tick.desired_yaw_rad, yaw_of(state.attitude_flu_to_enu), dt
         )
-        applied, direction, thrust, field = self._limit(memory, sensed, state, u, x, dt)
+        applied, tangent, direction, thrust, field = self._limit(memory, sensed, state, u, x, dt)
         roll, pitch = measured.roll_pitch(direction, yaw_command)
         advanced = PlusMemory(
             sample_s=now_s,
             sensed=sensed,
             deviation=applied - flat_input,
             acting=(*_still_acting(memory.acting, now_s), Acting(acts_s, _triple(applied))),
+            tangent=tangent,
             planner=planner,
             thrust=thrust,
             yaw_rad=yaw_command,
@@ -353,22 +357,24 @@ class PlusStack:
         u: Array,
         x: Array,
         dt: float,
-    ) -> tuple[Array, tuple[float, float, float], Any, float]:
-        """What the limits leave of u (3,), the thrust's direction, and the thrust field."""
+    ) -> tuple[Array, Array, Vector3, Any, float]:
+        """What the limits leave of u (3,), the tilt's tangent, its direction, and the thrust."""
         s = self.settings
         force = max(_LEAST_VERTICAL_M_S2, GRAVITY_M_S2 + float(x[2, 2])) * s.plant.tilt_gain
         applied = u.copy()
-        before = np.array(memory.acting[-1].u[:2])
-        change = applied[:2] - before
-        length = math.hypot(change[0], change[1])
-        most = s.tilt_rate_limit_rad_s * force * dt
-        if length > most:
-            applied[:2] = before + change * (most / length)
         asked = sensed.learnt.asks(applied[:2])
-        length, most = math.hypot(asked[0], asked[1]), math.tan(self.limits.tilt_rad) * force
+        tangent = asked / force
+        change = tangent - memory.tangent
+        length, most = math.hypot(change[0], change[1]), s.tilt_rate_limit_rad_s * dt
+        limited = length > most
+        if limited:
+            tangent = memory.tangent + change * (most / length)
+        length, most = math.hypot(tangent[0], tangent[1]), math.tan(self.limits.tilt_rad)
         if length > most:
-            asked = asked * (most / length)
-            applied[:2] *= most / length
+            tangent, limited = tangent * (most / length), True
+        if limited:
+            asked = tangent * force
+            applied[:2] = sensed.learnt.pushes(asked)
         applied[2] = max(s.vertical_limit[0], min(s.vertical_limit[1], float(u[2])))
         climb = state.velocity_enu_m_s[2]
         wanted = float(applied[2])
@@ -377,11 +383,11 @@ class PlusStack:
             thrust, field = self.thrust.step(memory.thrust, wanted, climb, cosine, dt)
         else:
             law: AccelerationLaw = self.thrust  # type: ignore[assignment]
-            tangent = math.hypot(float(x[0, 2]), float(x[1, 2])) / force
-            cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+            then = math.hypot(float(x[0, 2]), float(x[1, 2])) / force
+            cosine = 1.0 / math.sqrt(1.0 + then * then)
             thrust, field, left = law.accelerate(memory.thrust, wanted, climb, cosine, dt)
             applied[2] = left
-        return applied, measured.thrust_direction(asked, force), thrust, field
+        return applied, tangent, measured.thrust_direction(asked, force), thrust, field
 
 
 def _triple(values: Array) -> Vector3:
