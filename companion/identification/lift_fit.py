@@ -18,7 +18,7 @@ import numpy as np
 from companion.control.thrust import GRAVITY_M_S2
 from companion.identification.estimates import Estimate, FittedCurve, Response, UnidentifiedError
 from companion.identification.intervals import half_width
-from companion.identification.least_squares import Parameters, inverse_information, solve
+from companion.identification.least_squares import Parameters, Solution, inverse_information, solve
 from companion.identification.parts import Rows, require, stretches, thinned
 from companion.identification.recording import Array, Recording
 from companion.identification.scatter import (
@@ -53,7 +53,7 @@ _REPORTS_ARE_OFF = 0.002
 scatter of the climb rate that the reports are held against."""
 _LEAST_WAVE = 0.03
 _ROUNDS = 3
-_THINNED = 420
+_THINNED = 360
 _LONGEST_S = 15.0
 """A longer stretch is cut: the effort grows with the cube of its samples."""
 _BEFORE_S = 1.5
@@ -185,8 +185,8 @@ def _fit(
     scatter = weighting or FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0))
     begin: Scatter | None = None
 
-    def solved(about: Array) -> tuple[Array, Array]:
-        """The values and the Jacobian of the misfit there."""
+    def solved(about: Array) -> tuple[Array, Solution]:
+        """The values, and the fit there."""
         misfit = model.whitened_misfit(about, runs, scatter.scatter)
 
         def of_chosen(some: Array) -> Array:
@@ -200,16 +200,18 @@ def _fit(
         )
         every = about.copy()
         every[chosen] = solution.values
-        return every, solution.jacobian
+        return every, solution
 
     for _ in range(_ROUNDS):
         values, _ = solved(values)
         if weighting is None:
             scatter = likeliest(VelocityScatter, model.residuals(values, runs), begin)
             begin = scatter.scatter
-    values, jacobian = solved(values)
+    values, solution = solved(values)
+    # The scatter was found from thinned samples; what all of them have more widens the intervals.
+    excess = max(1.0, float(np.mean(solution.misfit**2)))
     covariance = np.zeros((len(values), len(values)))
-    covariance[np.ix_(chosen, chosen)] = inverse_information(jacobian)
+    covariance[np.ix_(chosen, chosen)] = excess * inverse_information(solution.jacobian)
     return _Fitted(values, covariance, scatter)
 
 

@@ -10,6 +10,7 @@ Rows = npt.NDArray[np.intp]
 
 _LEAST_SAMPLES = 100
 _LARGEST_GAP_S = 0.3
+_WHOLE = 50
 
 
 def require(recording: Recording, name: str) -> Rows:
@@ -38,7 +39,11 @@ def stretches(recording: Recording, name: str) -> list[Rows]:
 
 
 def thinned(runs: list[Rows], most: int) -> list[Rows]:
-    """Every second, third, … row of each run, so that no more than `most` are left in all."""
+    """Every second, third, … row of each run, so that about `most` are left in all.
+
+    The first rows of each are left whole: what is white shows from sample to sample, and what
+    wanders from second to second.
+    """
     total = sum(len(run) for run in runs)
     every = max(1, -(-total // most))
-    return [run[::every] for run in runs]
+    return [np.union1d(run[:_WHOLE], run[::every]) for run in runs]

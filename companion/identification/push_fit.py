@@ -32,7 +32,7 @@ from companion.identification.signals import since_begin_s, up_vectors
 
 _PARTS = ("hover", "roll", "pitch", "swing")
 _ROUNDS = 3
-_THINNED = 420
+_THINNED = 360
 _LEAST_SPEED_M_S = 0.5
 _AXES = ("x", "y")
 

@@ -22,6 +22,7 @@ _FLAT = 1e6
 """Prior variance of a nuisance over the scatter's own: as good as flat."""
 _LEAST = 1e-7
 """Share of the variance that is added for the factorisation's sake."""
+_INCREMENT_STEPS = (1, 2, 3, 5, 8)
 _LEAST_RMS = 1e-6
 """Of residuals: those of a simulation without noise still need a scale."""
 _NORMAL_95 = 1.96
@@ -169,7 +170,7 @@ def likeliest(
         return total
 
     bounds = [(math.log(low), math.log(high)) for _, low, high in table]
-    sizes = [first for first, *_ in table] if begin is None else astuple(begin)
+    sizes = astuple(begin or _first_guess(kind, data, rms))
     found = minimize(
         cost,
         np.clip(np.log(sizes), *np.transpose(bounds)),
@@ -184,6 +185,28 @@ def likeliest(
         _NORMAL_95 * share * value for share, value in zip(spread, (white, size, time), strict=True)
     ]
     return FittedScatter(kind(white, size, time), (widths[0], widths[1], widths[2]))
+
+
+def _first_guess(
+    kind: type[VelocityScatter] | type[LoopScatter], data: list[Residual], rms: float
+) -> Scatter:
+    """Where to begin: the likelihood has more than one top."""
+    if kind is LoopScatter:
+        return LoopScatter(*(first for first, *_ in kind.starts(rms)))
+    # The variance of increments: twice the white one, and the walk's times the lag.
+    lags, variances = [], []
+    for steps in _INCREMENT_STEPS:
+        moved = [_centred(part)[steps:] - _centred(part)[:-steps] for part in data]
+        taken = [part.times_s[steps:] - part.times_s[:-steps] for part in data]
+        if all(len(change) for change in moved):
+            lags.append(float(np.mean(np.concatenate(taken))))
+            variances.append(float(np.mean(np.concatenate(moved) ** 2)))
+    lag, variance = np.array(lags), np.array(variances)
+    slope, level = np.polyfit(lag, variance, 1, w=1.0 / variance)
+    least = (0.03 * rms) ** 2
+    return VelocityScatter(
+        math.sqrt(max(0.5 * float(level), least)), math.sqrt(max(float(slope), least)), 1.0
+    )
 
 
 def _centred(part: Residual) -> Array:
