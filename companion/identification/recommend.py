@@ -139,8 +139,8 @@ def recommend(
         lambda m, omega: horizontal_bounds(vehicle, dynamics, Air(), m, omega, 0.0).sigma,
     )
 
-    def over(climb: ResponseConfig) -> AxisGains:
-        family = vertical_family(climb, dynamics.loop_delay_s)
+    def over(climb: ResponseConfig, *, autopilots: bool) -> AxisGains:
+        family = vertical_family(climb, dynamics.loop_delay_s, autopilots=autopilots)
         climb_lag_s = lag_s(climb, dynamics.loop_delay_s)
         stated = dynamics.model_copy(update={"climb": climb})
         loop = ThrustLoop(thrust.proportional, thrust.maximum_acceleration_m_s2)
@@ -159,10 +159,10 @@ def recommend(
         )
 
     theirs = dynamics.climb if climb_rate_field else TYPICAL_CLIMB_RATE_LOOP
-    climb_rate = over(theirs)
+    climb_rate = over(theirs, autopilots=True)
     vertical = climb_rate
     if not climb_rate_field:
-        vertical = over(dynamics.climb)
+        vertical = over(dynamics.climb, autopilots=False)
     controller = ControllerConfig(
         framework="mpc-l1",
         source=method_source(vehicle),

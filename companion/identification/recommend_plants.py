@@ -17,7 +17,7 @@ GAIN_SHARE = 0.15
 MORE_LAG, LESS_LAG = 1.25, 0.75
 STABLE_DELAY_S, STABLE_DELAY_Z_S = 0.040, 0.070
 """With this much more delay a loop must still be stable, however badly it flies.  A height that
-oscillates takes the horizontal axes with it, and z has room."""
+oscillates takes the horizontal axes with it, and over the companion's own loop z has room."""
 GAMMA_SHARE, GAMMA_SHARE_SHAPED = 0.8, 0.65
 """Of Γ, with which the loop must still be stable: Γ is that much above its lower bound.  The second
 where an autopilot shapes its commands: the adaptation mode is where the plant is known worst."""
@@ -90,8 +90,16 @@ def horizontal_family(
     )
 
 
-def vertical_family(climb: ResponseConfig, loop_delay_s: float) -> tuple[Member, ...]:
-    """The plants of z over a climb loop, the companion's or an autopilot's; nominal first."""
+def vertical_family(
+    climb: ResponseConfig, loop_delay_s: float, *, autopilots: bool
+) -> tuple[Member, ...]:
+    """The plants of z over a climb loop, the nominal one first.
+
+    Args:
+        climb: climb-rate command to climb rate.
+        loop_delay_s: of the loop.
+        autopilots: whether the climb loop is the autopilot's own, and not the companion's.
+    """
     nominal = _vertical("nominal", climb, loop_delay_s, 4.0)
     slow, quick = _gain_lag(climb, MORE_LAG), _gain_lag(climb, LESS_LAG)
     return (
@@ -105,7 +113,7 @@ def vertical_family(climb: ResponseConfig, loop_delay_s: float) -> tuple[Member,
         replace(nominal, name="gain +15 %", weight=0.5, gain=1 + GAIN_SHARE, bounded=True),
         replace(nominal, name="gain -15 %", weight=0.5, gain=1 - GAIN_SHARE, bounded=True),
         replace(nominal, name="gusts", weight=1.2, gust=GUST_M_S),
-        *_only_stable(nominal, STABLE_DELAY_Z_S),
+        *_only_stable(nominal, STABLE_DELAY_S if autopilots else STABLE_DELAY_Z_S),
     )
 
 

@@ -36,7 +36,7 @@ def loops(vehicle, axis, noise=NOISE):
     family = (
         horizontal_family(dynamics)
         if axis == 0
-        else vertical_family(dynamics.climb, dynamics.loop_delay_s)
+        else vertical_family(dynamics.climb, dynamics.loop_delay_s, autopilots=False)
     )
     rates = Rates(0.01, 3, dynamics.loop_delay_s, Weights(mpc.q, mpc.r, mpc.s))
     builder = LoopBuilder(family, rates, noise)
