@@ -479,7 +479,8 @@ def tune(
 @app.command()
 def certify(
     controller: Annotated[
-        str, typer.Argument(help="L1 controller by name, or its YAML file.", metavar="NAME|FILE")
+        str,
+        typer.Argument(help="L1 controller or mpc-l1-plus, or a YAML file.", metavar="NAME|FILE"),
     ],
     vehicle: Annotated[
         str, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
@@ -513,6 +514,8 @@ def certify(
     ] = False,
 ) -> None:
     """Check an L1 controller on a vehicle's stated dynamics: stability, L1 norms, bounds, margins.
+
+    Of MPC-L1+ also over a family of vehicles that are not the stated one.
 
     Exit status: 0 every condition holds, 1 one fails (its reason is told), 2 bad input.
     """
