@@ -107,6 +107,29 @@ def discrete(plant: NominalPlant, time_us: int) -> tuple[Array, Array]:
     return a_all, b_all
 
 
+class _Steps:
+    """`discrete` of one plant as plain floats, which for four numbers are several times quicker.
+
+    Rows of (A, B), without A's first column, which is (1, 0, 0, 0).
+    """
+
+    def __init__(self, plant: NominalPlant) -> None:
+        self._plant = plant
+        self._known: dict[int, list[list[tuple[float, ...]]]] = {}
+
+    def of(self, time_us: int) -> list[list[tuple[float, ...]]]:
+        """By axis, by row."""
+        known = self._known.get(time_us)
+        if known is None:
+            both = np.concatenate(discrete(self._plant, time_us), axis=2)
+            known = [[tuple(row[1:]) for row in axis] for axis in both.tolist()]
+            self._known[time_us] = known
+        return known
+
+
+_steps = lru_cache(maxsize=256)(_Steps)
+
+
 @dataclass(frozen=True, slots=True)
 class Acting:
     """An input (3,) and the times (3,) from which on it acts, by axis, s."""
@@ -133,17 +156,29 @@ def carry(
         until_s: by axis; where it is not later than `from_s`, the state stays.
         acting: inputs in order of time; before the first one, that one acts.
     """
-    carried = state.copy()
-    for i, end_s in enumerate(until_s):
-        now_s = from_s
-        x = carried[i]
+    steps = _steps(plant)
+    carried = np.empty((3, STATES))
+    pushes = sigma.tolist()
+    for i, (p, v, a, rate) in enumerate(state.tolist()):
+        now_s, end_s, push = from_s, until_s[i], pushes[i]
         for k, input_ in enumerate(acting):
             until = acting[k + 1].from_s[i] if k + 1 < len(acting) else math.inf
             span_us = 500 * round((min(until, end_s) - now_s) * 2e3)
             if span_us <= 0:
                 continue
-            a, b = discrete(plant, span_us)
-            x = a[i] @ x + b[i] @ np.array([input_.u[i], sigma[i]])
+            u = input_.u[i]
+            (
+                (p1, p2, p3, p4, p5),
+                (v1, v2, v3, v4, v5),
+                (a1, a2, a3, a4, a5),
+                (r1, r2, r3, r4, r5),
+            ) = steps.of(span_us)[i]
+            p, v, a, rate = (
+                p + p1 * v + p2 * a + p3 * rate + p4 * u + p5 * push,
+                v1 * v + v2 * a + v3 * rate + v4 * u + v5 * push,
+                a1 * v + a2 * a + a3 * rate + a4 * u + a5 * push,
+                r1 * v + r2 * a + r3 * rate + r4 * u + r5 * push,
+            )
             now_s += span_us * 1e-6
-        carried[i] = x
+        carried[i] = p, v, a, rate
     return carried
