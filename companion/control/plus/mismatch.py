@@ -143,12 +143,18 @@ def learnt(
         density: of the unexplained acceleration, m/s² per √Hz.
         dt_s: since the sample before.
     """
-    deviations = np.array([settings.drag_1_s, settings.gain, settings.heading_rad])
+    deviations = (settings.drag_1_s, settings.gain, settings.heading_rad)
     square = density**2 + memory.variance * _GUST_S
-    prior = np.diag(square / deviations**2)
-    limit = settings.farthest * deviations
-    likely = np.clip(np.linalg.solve(memory.information + prior, memory.product), -limit, limit)
-    old = np.array([before.drag_1_s, before.gain, before.heading_rad])
+    information = memory.information.copy()
+    for i, deviation in enumerate(deviations):
+        information[i, i] += square / deviation**2
+    likely = np.linalg.solve(information, memory.product).tolist()
+    old = (before.drag_1_s, before.gain, before.heading_rad)
     share = 1.0 - math.exp(-dt_s / settings.settling_s)
-    kappa, gain, heading = (float(v) for v in old + share * (likely - old))
-    return Mismatch(kappa, gain, heading)
+    found = []
+    for was, wanted, deviation in zip(old, likely, deviations, strict=True):
+        limit = settings.farthest * deviation
+        if abs(wanted) > limit:  # a NaN stays one
+            wanted = math.copysign(limit, wanted)
+        found.append(was + share * (wanted - was))
+    return Mismatch(*found)

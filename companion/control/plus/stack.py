@@ -196,7 +196,9 @@ class PlusStack:
         sent_s = now_s + tick.loop_delay_s
         x_axis, y_axis, z_axis = s.plant.axes
         acts_s = (sent_s + x_axis.delay_s, sent_s + y_axis.delay_s, sent_s + z_axis.delay_s)
-        u, flat_input, x, planner, outer = self._plan(memory, sensed, now_s, acts_s, dt, reference)
+        u, flat_input, x, desired, planner, outer = self._plan(
+            memory, sensed, now_s, acts_s, dt, reference
+        )
         if not math.isfinite(float(u.sum()) + tick.desired_yaw_rad):
             raise ValueError(f"not finite: u {u}, yaw {tick.desired_yaw_rad}")
         yaw_command = yaw.step(
@@ -218,7 +220,7 @@ class PlusStack:
         u_record = np.array([direction[0], direction[1], applied[2]])
         wanted = np.array([*(u[:2] / GRAVITY_M_S2), u[2]])
         record = StackRecord(
-            r2_m=reference(np.array([now_s]))[0],
+            r2_m=desired,
             inner=InnerRecord(
                 u=np.where(np.abs(applied - u) < 1e-9, u_record, wanted),
                 r1_m_s=np.full(3, math.nan),
@@ -316,8 +318,11 @@ class PlusStack:
         acts_s: Vector3,
         dt: float,
         reference: Reference,
-    ) -> tuple[Array, Array, Array, PlannerMemory, OuterRecord | None]:
-        """The input u (3,), u* (3,), and the state (3, 4) for which they are, when they act."""
+    ) -> tuple[Array, Array, Array, Array, PlannerMemory, OuterRecord | None]:
+        """The input u (3,), u* (3,), the state (3, 4) when they act, and what is desired now (3,).
+
+        And the planner's memory and record.
+        """
         s, planner = self.settings, self.planner
         scale = 1.0 if s.lag is None else lag.scale(s.lag, sensed.lag, s.plant.tilt.lag_s)
         drag = s.plant.linear_drag_1_s + sensed.learnt.drag_1_s
@@ -331,9 +336,10 @@ class PlusStack:
 
         looks = now_s >= memory.planner.due_s - 1e-6
         preview = planner.preview_times_s() if looks else planner.present_times_s()
-        horizontal = reference(acts_s[0] + preview)
-        vertical = reference(acts_s[2] + preview) if acts_s[2] != acts_s[0] else horizontal
-        preview_m = np.column_stack([horizontal[:, :2], vertical[:, 2]])
+        n = len(preview)
+        desired = reference(np.concatenate([acts_s[0] + preview, acts_s[2] + preview, [now_s]]))
+        preview_m = desired[:n].copy()
+        preview_m[:, 2] = desired[n : 2 * n, 2]
         states, inputs = planner.flat(plant, preview_m[: 2 * flatness.AROUND + 1], sigma)
         deviation = memory.deviation
         if deviation is None:
@@ -347,7 +353,7 @@ class PlusStack:
         decided = np.array(planned.planned_rate)
         rate = np.where(np.isnan(decided), rate, decided)
         u = inputs[0] + deviation + min(dt, _LONGEST_STEP_S) * rate
-        return u, inputs[0], x, planned, outer
+        return u, inputs[0], x, desired[-1], planned, outer
 
     def _limit(
         self,
