@@ -11,6 +11,16 @@ from companion.control.reference_model import Array
 
 AROUND = 2
 """Samples that are needed on either side."""
+_CENTRAL = np.array(
+    [
+        [0.0, 0.0, 1.0, 0.0, 0.0],
+        [1.0 / 12.0, -8.0 / 12.0, 0.0, 8.0 / 12.0, -1.0 / 12.0],
+        [-1.0 / 12.0, 16.0 / 12.0, -30.0 / 12.0, 16.0 / 12.0, -1.0 / 12.0],
+        [-0.5, 1.0, 0.0, -1.0, 0.5],
+        [1.0, -4.0, 6.0, -4.0, 1.0],
+    ]
+)
+"""Position and its derivatives times the step's powers, of five samples about it."""
 
 
 def flat(
@@ -30,29 +40,28 @@ def flat(
         sigma: (3,) acceleration that is to be cancelled.
         quadratic_drag_1_m: of the drag's quadratic part, on axes whose input is an acceleration.
     """
-    p = preview_m
     h = step_s
-    minus2, minus1, here, plus1, plus2 = p[:-4], p[1:-3], p[2:-2], p[3:-1], p[4:]
-    velocity = (minus2 - 8.0 * minus1 + 8.0 * plus1 - plus2) / (12.0 * h)
-    acceleration = (-minus2 + 16.0 * minus1 - 30.0 * here + 16.0 * plus1 - plus2) / (12.0 * h * h)
-    jerk = (plus2 - 2.0 * plus1 + 2.0 * minus1 - minus2) / (2.0 * h**3)
-    snap = (plus2 - 4.0 * plus1 + 6.0 * here - 4.0 * minus1 + minus2) / h**4
-    states = np.empty((len(here), 3, 4))
-    inputs = np.empty((len(here), 3))
-    speed = np.sqrt((velocity * velocity).sum(axis=1))
-    for i, actuation in enumerate(plant.axes):
-        omega, zeta = actuation.natural_frequency_rad_s, actuation.damping
-        states[:, i, 0], states[:, i, 1] = here[:, i], velocity[:, i]
+    n = len(preview_m) - 2 * AROUND
+    around = preview_m[np.arange(n)[:, None] + np.arange(2 * AROUND + 1)]
+    scale = np.array([1.0, h, h**2, h**3, h**4])
+    here, velocity, acceleration, jerk, snap = ((_CENTRAL / scale[:, None]) @ around).transpose(
+        1, 0, 2
+    )
+    states = np.empty((n, 3, 4))
+    inputs = np.empty((n, 3))
+    states[:, :, 0], states[:, :, 1] = here, velocity
+    speed = np.sqrt((velocity * velocity).sum(axis=1))[:, None]
+    for axes, actuation in ((slice(0, 2), plant.tilt), (slice(2, 3), plant.vertical)):
+        omega, lag_s = actuation.natural_frequency_rad_s, actuation.lag_s
+        v, v1, v2, v3 = velocity[:, axes], acceleration[:, axes], jerk[:, axes], snap[:, axes]
         if actuation.interface == "acceleration":
             drag = plant.linear_drag_1_s
-            a = acceleration[:, i] + drag * velocity[:, i] - sigma[i]
-            a += quadratic_drag_1_m * speed * velocity[:, i]
-            rate = jerk[:, i] + drag * acceleration[:, i]
-            second = snap[:, i] + drag * jerk[:, i]
-            states[:, i, 2], states[:, i, 3] = a, rate
-            inputs[:, i] = a + 2.0 * zeta / omega * rate + second / omega**2
+            a = v1 + (drag + quadratic_drag_1_m * speed) * v - sigma[axes]
+            rate = v2 + drag * v1
+            states[:, axes, 2], states[:, axes, 3] = a, rate
+            inputs[:, axes] = a + lag_s * rate + (v3 + drag * v2) / omega**2
         else:
-            a = acceleration[:, i] - sigma[i]
-            states[:, i, 2], states[:, i, 3] = a, 0.0
-            inputs[:, i] = velocity[:, i] + 2.0 * zeta / omega * a + jerk[:, i] / omega**2
+            a = v1 - sigma[axes]
+            states[:, axes, 2], states[:, axes, 3] = a, 0.0
+            inputs[:, axes] = v + lag_s * a + v2 / omega**2
     return states, inputs
