@@ -51,13 +51,13 @@ class Mismatch:
         """(2, …) what a reckoned acceleration, or its rate, is in truth."""
         x, y = acceleration[0], acceleration[1]
         g, e = 1.0 + self.gain, self.heading_rad
-        return np.stack([g * x - e * y, e * x + g * y])
+        return np.array([g * x - e * y, e * x + g * y])
 
     def asks(self, acceleration: Array) -> Array:
         """(2, …) the inverse: what must be asked for to get an acceleration."""
         x, y = acceleration[0], acceleration[1]
         g, e = 1.0 + self.gain, self.heading_rad
-        return np.stack([g * x + e * y, -e * x + g * y]) / (g * g + e * e)
+        return np.array([g * x + e * y, -e * x + g * y]) / (g * g + e * e)
 
 
 NOTHING = Mismatch(0.0, 0.0, 0.0)

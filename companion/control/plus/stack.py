@@ -255,7 +255,8 @@ class PlusStack:
         by_tilt = measured.tilt_acceleration(state, force * s.plant.tilt_gain)
         tilted = by_tilt[:, 0]
         learnt = before.learnt
-        actuation = np.vstack([learnt.pushes(by_tilt), modelled[2]])
+        actuation = modelled.copy()
+        actuation[:2] = learnt.pushes(by_tilt)
         lag_memory = before.lag
         if s.lag is not None:
             lag_memory = lag.step(s.lag, before.lag, tilted, modelled[:2, 0], modelled[:2, 1], dt)
@@ -344,7 +345,8 @@ class PlusStack:
         deviation = memory.deviation
         if deviation is None:
             deviation = np.array(memory.acting[-1].u) - inputs[0]
-        start = np.column_stack([x - states[0], deviation])
+        start = np.empty((3, 5))
+        start[:, :4], start[:, 4] = x - states[0], deviation
         rate = planner.rate(start, scale)
         planned, outer = memory.planner, None
         if looks:
