@@ -126,9 +126,10 @@ def _draw_family(panel: Axes, certificate: PlusCertificate) -> None:
         panel.contourf(*place, levels=[1.0, np.inf], colors=[colour], alpha=0.16)
         panel.contour(*place, levels=[1.0], colors=[colour], linewidths=1.5)
         panel.plot([], [], color=colour, lw=1.5, label=f"{axis.axis}: unstable in the shaded part")
-    panel.plot([0.0], [1.0], marker="o", color="black", ms=6, ls="none", label="as identified")
+    here = {"ls": "none", "clip_on": False}
+    panel.plot([0.0], [1.0], marker="o", color="black", ms=6, label="as identified", **here)
     for name, factor, delay_s in _FAMILY_AT:
-        panel.plot([1e3 * delay_s], [factor], marker="x", color=_TROUBLE, ms=7, mew=1.6, ls="none")
+        panel.plot([1e3 * delay_s], [factor], marker="x", color=_TROUBLE, ms=7, mew=1.6, **here)
         panel.annotate(name, (1e3 * delay_s, factor), fontsize=7.5, xytext=(6, 4),
                        textcoords="offset points", color="#333333")  # fmt: skip
     panel.set(xlabel="delay that the law is not told, ms", ylabel="response slower by the factor")
