@@ -26,6 +26,10 @@ class MonitorConfig(Section):
     slew_floor_rad_s: Positive = Field(
         default=1.0, description="Rms rate of the commanded tilt that is always well."
     )
+    slew_per_noise: NonNegative = Field(
+        default=6.0,
+        description="To this, times the vehicle's unexplained acceleration (`noise`, per √Hz).",
+    )
     slew_factor: NonNegative = Field(
         default=1.5, description="To this, of the rate that the trajectory itself asks for."
     )

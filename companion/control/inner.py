@@ -1,5 +1,6 @@
 """The inner controllers: from the position reference r2 to the control input u."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from companion.control.reference_model import Array
 from companion.control.thrust import GRAVITY_M_S2
 
 _HORIZONTAL = (0, 1)
+_WANDER_DEVIATIONS = 3.0
 _NOISE_DEVIATIONS = 6.0
 """Of the velocity's noise in the bound of ỹ: 3, of an ỹ that has up to twice that noise in it."""
 
@@ -82,6 +84,7 @@ def y_tilde_bounds_m_s(
     acceleration_m_s2: float,
     speed_m_s: tuple[float, float, float],
     velocity_noise_m_s: tuple[float, float, float],
+    acceleration_noise: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> tuple[float, ...]:
     """What |ỹ| stays below, per axis, while the vehicle moves as it is stated to and is itself.
 
@@ -98,17 +101,27 @@ def y_tilde_bounds_m_s(
         acceleration_m_s2: that is planned at most.
         speed_m_s: the same, per axis.
         velocity_noise_m_s: of the reported velocity, per axis, one standard deviation.
+        acceleration_noise: density of the unexplained acceleration, m/s² per √Hz, per axis: it
+            drives the predictor's mode, whose damping is m/2, to a deviation of ``n / √(2 m)``.
     """
     bounds = []
-    for axis, (model, gamma, speed, noise) in enumerate(
-        zip(gains.reference_model, gains.gamma, speed_m_s, velocity_noise_m_s, strict=True)
+    for axis, (model, gamma, speed, noise, wander) in enumerate(
+        zip(
+            gains.reference_model,
+            gains.gamma,
+            speed_m_s,
+            velocity_noise_m_s,
+            acceleration_noise,
+            strict=True,
+        )
     ):
         jerk = acceleration_m_s2**2 / speed
         # The least of M(s)' poles stands for m where it has several.
         m = min(abs(pole) for pole in np.roots(model.denominator).tolist())
         input_rate = jerk / GRAVITY_M_S2 if axis in _HORIZONTAL else acceleration_m_s2
         sigma_rate = acceleration_m_s2 + jerk / m + input_rate
-        bounds.append(float(sigma_rate / gamma + _NOISE_DEVIATIONS * noise))
+        wandering = _WANDER_DEVIATIONS * wander / math.sqrt(2.0 * m)
+        bounds.append(float(sigma_rate / gamma + _NOISE_DEVIATIONS * noise + wandering))
     return tuple(bounds)
 
 

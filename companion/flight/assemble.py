@@ -292,11 +292,12 @@ def _inner(controller: ControllerConfig, vehicle: VehicleConfig) -> InnerControl
     if controller.l1 is not None:
         gains = l1_gains(controller.l1)
         level, climb = vehicle.speed_limit_m_s, vehicle.climb_limit_m_s
-        noise = _USUAL_VELOCITY_NOISE_M_S
+        noise, wander = _USUAL_VELOCITY_NOISE_M_S, (0.0, 0.0, 0.0)
         if vehicle.noise is not None:
             noise = vehicle.noise.velocity_m_s
+            wander = vehicle.noise.acceleration_m_s2_sqrt_hz
         bounds = y_tilde_bounds_m_s(
-            gains, vehicle.acceleration_limit_m_s2, (level, level, climb), noise
+            gains, vehicle.acceleration_limit_m_s2, (level, level, climb), noise, wander
         )
         return L1Controller(gains, bounds)
     assert controller.inner_pid is not None

@@ -115,11 +115,13 @@ def make_stacks(
 def monitor_limits(mission: MissionConfig, vehicle: VehicleConfig) -> MonitorLimits:
     """The monitor's bounds for a vehicle; it knows no delay if the vehicle's file states none."""
     m, dynamics = mission.monitor, vehicle.dynamics
+    # An estimate that wanders shakes the command of a loop that is well.
+    noise = 0.0 if vehicle.noise is None else max(vehicle.noise.acceleration_m_s2_sqrt_hz[:2])
     return MonitorLimits(
         smoothing_s=m.smoothing_s,
         y_tilde_share=m.y_tilde_share,
         sigma_share=m.sigma_share,
-        slew_floor_rad_s=m.slew_floor_rad_s,
+        slew_floor_rad_s=m.slew_floor_rad_s + m.slew_per_noise * noise,
         slew_factor=m.slew_factor,
         delay_made_for_s=math.nan if dynamics is None else dynamics.loop_delay_s,
         delay_margin_s=m.delay_margin_s,
