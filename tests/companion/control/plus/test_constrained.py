@@ -84,7 +84,7 @@ def receding(plant, axis, start, limits, steps, target=0.0, weights=SETTINGS):
 
 
 @AXES
-@settings(deadline=None, derandomize=True, max_examples=15)
+@settings(deadline=None, derandomize=True, max_examples=8)
 @given(start=vectors(0.8, 5))
 def test_with_the_bounds_out_of_sight_it_is_the_feedback(plant, axis, start):
     gains = feedback(SETTINGS, plant)[axis]
@@ -94,7 +94,7 @@ def test_with_the_bounds_out_of_sight_it_is_the_feedback(plant, axis, start):
 
 
 @AXES
-@settings(deadline=None, derandomize=True, max_examples=15)
+@settings(deadline=None, derandomize=True, max_examples=8)
 @given(start=vectors(0.8, 5))
 def test_it_is_seen_beforehand_where_the_feedback_leads(plant, axis, start):
     """The foreseen positions are those of the closed loop, step by step."""
@@ -131,7 +131,7 @@ def test_each_bound_is_seen_where_the_feedback_would_leave_it(plant, axis, limit
 
 
 @AXES
-@settings(deadline=None, derandomize=True, max_examples=15)
+@settings(deadline=None, derandomize=True, max_examples=8)
 @given(offset=st.floats(-4.0, 4.0), speed=st.floats(-1.5, 1.5), u=st.floats(-0.5, 0.5))
 def test_hard_bounds_are_kept_all_along_the_plan(plant, axis, offset, speed, u):
     made = []
@@ -153,7 +153,7 @@ def test_hard_bounds_are_kept_all_along_the_plan(plant, axis, offset, speed, u):
     assert solution.change == pytest.approx(changes[0])
 
 
-@settings(deadline=None, derandomize=True, max_examples=15)
+@settings(deadline=None, derandomize=True, max_examples=8)
 @given(st.floats(1.6, 4.0), st.sampled_from([-1.0, 1.0]))
 def test_an_input_beyond_its_bound_comes_back_as_quickly_as_its_rate_allows(start, sign):
     limits = bounds(u=1.5, step=0.2)
@@ -168,8 +168,8 @@ def test_an_input_beyond_its_bound_comes_back_as_quickly_as_its_rate_allows(star
 @AXES
 def test_the_speed_is_softly_kept_on_the_way_back_from_afar(plant, axis):
     start = [-5.0, 0.0, 0.0, 0.0, 0.0]
-    slow = receding(plant, axis, start, bounds(u=3.0, speed=1.0), 200)
-    quick = receding(plant, axis, start, bounds(u=3.0), 200)
+    slow = receding(plant, axis, start, bounds(u=3.0, speed=1.0), 170)
+    quick = receding(plant, axis, start, bounds(u=3.0), 170)
     assert slow[:, 1].max() < 1.08
     assert quick[:, 1].max() > 1.5
     assert abs(slow[-1, 0]) < 0.02
@@ -187,7 +187,7 @@ def test_a_box_is_softly_kept_where_the_trajectory_lies_outside(plant, axis, wei
 
 
 @AXES
-@settings(deadline=None, derandomize=True, max_examples=5)
+@settings(deadline=None, derandomize=True, max_examples=3)
 @given(beyond=st.floats(0.1, 2.0), speed=st.floats(0.0, 2.5))
 def test_from_outside_of_every_soft_bound_it_comes_back(plant, axis, beyond, speed):
     limits = bounds(u=3.0, speed=1.0, low=-1.0, high=1.0)

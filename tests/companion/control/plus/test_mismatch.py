@@ -59,7 +59,7 @@ def test_a_heading_that_is_off_turns_what_is_pushed():
     assert Mismatch(0.0, 0.2, 0.0).pushes(np.array([1.0, -2.0])) == pytest.approx([1.2, -2.4])
 
 
-@settings(deadline=None, derandomize=True, max_examples=10)
+@settings(deadline=None, derandomize=True, max_examples=6)
 @given(true_ones)
 def test_drag_gain_and_heading_are_found_together(truth):
     found = flown(truth)
@@ -68,7 +68,7 @@ def test_drag_gain_and_heading_are_found_together(truth):
     assert found.heading_rad == pytest.approx(truth.heading_rad, abs=0.02)
 
 
-@settings(deadline=None, derandomize=True, max_examples=5)
+@settings(deadline=None, derandomize=True, max_examples=3)
 @given(vectors(3.0, 2))
 def test_a_steady_wind_teaches_nothing_wrong(push):
     found = flown(NOTHING, wind=lambda t: push)
@@ -106,7 +106,7 @@ def test_at_rest_what_was_learnt_is_forgotten():
     assert abs(found.heading_rad) < 1e-3
 
 
-@settings(deadline=None, derandomize=True, max_examples=8)
+@settings(deadline=None, derandomize=True, max_examples=4)
 @given(st.sampled_from([-1.0, 1.0]), st.sampled_from([-1.0, 1.0]))
 def test_it_goes_no_farther_than_its_limits(one, other):
     found = flown(Mismatch(1.5 * one, 0.6 * other, 0.8 * one), seconds=10.0)

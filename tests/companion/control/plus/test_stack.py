@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from companion.trajectories.harmonic import TEST_TRAJECTORIES
 from companion.vehicle_state import VehicleState
 from tests.companion.control.nominal_plant import fly
 
+DATA = Path(__file__).parents[3] / "data" / "plus"
 HOVER_S = 2.0
 CLIMB_RATE = ThrustMeaning("climb_rate", 2.5, 1.5)
 NOWHERE = AdaptationMean((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
@@ -38,7 +40,8 @@ class Failing:
 
 def stack_for(thrust=COLLECTIVE, *, fence_m=50.0, make_solver=None, **settings):
     keys = {key.replace("__", "."): str(value) for key, value in settings.items()}
-    flight = load_flight(None, {"controller": "mpc-l1-plus", "vehicle": "bebop2"}, keys)
+    named = {what: str(DATA / f"{what}.yaml") for what in ("controller", "vehicle")}
+    flight = load_flight(None, named, keys)
     low, high = (-fence_m, -fence_m, -50.0), (fence_m, fence_m, 50.0)
     mission = MissionConfig(geofence={"low_m": low, "high_m": high})
     return make_stack(flight.controller, flight.vehicle, mission, make_solver, thrust=thrust)
@@ -202,7 +205,7 @@ def glide(by, seconds, at_s=1.0):
 def test_tilt_and_tilt_rate_stay_limited_whatever_is_wanted(reference, make_solver):
     """The trajectory is one that no vehicle can follow."""
     stack = stack_for(make_solver=make_solver)
-    _, _, tilts, records = fly(stack, reference, 4.0, start_m=PLACE)
+    _, _, tilts, records = fly(stack, reference, 2.5, start_m=PLACE)
     pointing = directions(tilts)
     assert np.isfinite(pointing).all()
     assert pointing[:, 2].min() >= math.cos(stack.limits.tilt_rad) - 1e-9
@@ -233,13 +236,13 @@ def test_a_failing_solver_is_told():
 
 def test_the_geofence_is_softly_kept_where_the_trajectory_runs_out_of_it():
     away = glide((3.0, 0.0, 0.0), 3.0)
-    _, fenced, _, _ = fly(stack_for(fence_m=1.5), away, 8.0, start_m=PLACE)
-    _, free, _, _ = fly(usual(), away, 8.0, start_m=PLACE)
+    _, fenced, _, _ = fly(stack_for(fence_m=1.5), away, 6.5, start_m=PLACE)
+    _, free, _, _ = fly(usual(), away, 6.5, start_m=PLACE)
     assert free[-1, 0] == pytest.approx(3.0, abs=0.02)
     assert fenced[:, 0].max() < 1.6
     assert fenced[-1, 0] == pytest.approx(1.5, abs=0.1)
     shifted = stack_for(fence_m=1.5).about((1.0, 0.0, 0.0))
-    _, moved, _, _ = fly(shifted, away, 8.0, start_m=PLACE)
+    _, moved, _, _ = fly(shifted, away, 6.5, start_m=PLACE)
     assert moved[-1, 0] == pytest.approx(2.5, abs=0.1)
 
 
@@ -347,7 +350,7 @@ def test_time_that_does_not_advance_is_refused(time_s):
 
 
 def test_a_flight_repeats_itself():
-    one, other = (fly(stack_for(), jump((2.0, 1.0, 0.0)), 3.0, start_m=PLACE) for _ in range(2))
+    one, other = (fly(stack_for(), jump((2.0, 1.0, 0.0)), 2.0, start_m=PLACE) for _ in range(2))
     assert (one[1] == other[1]).all()
     assert (one[2] == other[2]).all()
 
