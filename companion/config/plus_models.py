@@ -6,6 +6,7 @@ from pydantic import Field
 
 from companion.config.base import NonNegative, PerAxis, Positive, Section
 
+Bandwidth = Annotated[float, Field(ge=0.5, le=20.0)]
 NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
 
 
@@ -37,7 +38,7 @@ class MismatchConfig(Section):
 class VerticalPlusConfig(Section):
     """Of the vertical axis where the autopilot's own loop flies the climb rate."""
 
-    bandwidth_rad_s: Positive
+    bandwidth_rad_s: Bandwidth
     rate_time_s: NonNegative
     low_pass_rad_s: Positive
     sigma_walk: Positive
@@ -46,10 +47,11 @@ class VerticalPlusConfig(Section):
 class PlusConfig(Section):
     """Weights and bandwidths of MPC-L1+, per axis (x, y, z); its model is the vehicle's file's."""
 
-    bandwidth_rad_s: PerAxis = Field(
+    bandwidth_rad_s: Annotated[tuple[Bandwidth, Bandwidth, Bandwidth], Field(strict=False)] = Field(
         description="Of the feedback: ρ = bandwidth⁻⁴ on (u - u*)², bandwidth⁻² over a climb rate."
     )
-    rate_time_s: NonNegativePerAxis = Field(
+    rate_time_s: Bandwidth = Annotated[float, Field(ge=0.5, le=20.0)]
+NonNegativePerAxis = Field(
         description="τ: weight ρ τ² on the squared rate of u - u*; keeps noise out of the command."
     )
     low_pass_rad_s: PerAxis = Field(description="C(s) on the adaptive estimate.")

@@ -20,7 +20,8 @@ from companion.control.qp.port import QpSolution, QpSolver, QpSolverFactory
 from companion.control.reference_model import Array
 
 _SLACK_PRICE = 30.0
-"""Of a squared metre, or metre per second, outside a soft bound; a squared metre of error is 1."""
+"""Of a squared metre, or metre per second, outside a soft bound at a step; a squared metre of error
+costs 1 for a second."""
 _TOLERANCE = 1e-6
 
 
