@@ -29,7 +29,7 @@ from companion.theory.plus_loop import (
     law_response,
     radii,
 )
-from tests.companion.theory.plus_flights import flown, law_and_plants, subject_of
+from tests.companion.theory.plus_flights import FINE_S, flown, law_and_plants, subject_of
 
 KICK_M = 1e-3
 VEHICLES = ["bebop2", "x500", "sih_quadx", "arducopter"]
@@ -84,17 +84,17 @@ def test_a_disturbance_moves_the_vehicle_as_the_response_says_and_is_taken_off(v
 def test_just_beyond_the_delay_margin_the_flying_stack_runs_away_as_foretold(vehicle, axis):
     subject, law, plants = loop_of(vehicle)
     margin_s = margins_of(vehicle)[axis].delay_s
-    edge_s = round(margin_s / 0.0005) * 0.0005  # of the fine simulation's steps
     grown = {}
-    for more_s in (0.008, -0.008):
-        plant = late(edge_s + more_s)(plants[axis])
+    for share in (1.2, 0.8):
+        steps = round(share * margin_s / FINE_S)
+        plant = late(steps * FINE_S)(plants[axis])
         radius = radii(law, (plant,) * 3)[axis]
         positions, _ = flown(subject, law, axis, plant, 900, kick_m=1e-5)
         before, after = np.abs(positions[400:600]).max(), np.abs(positions[700:]).max()
-        grown[more_s] = after / before
-        assert grown[more_s] == pytest.approx(radius**300, rel=0.2)
-    assert grown[0.008] > 1.2
-    assert grown[-0.008] < 0.8
+        grown[share] = after / before
+        assert grown[share] == pytest.approx(radius**300, rel=0.2)
+    assert grown[1.2] > 1.2
+    assert grown[0.8] < 0.8
 
 
 def test_what_the_theory_calls_unstable_runs_away_and_the_rest_does_not():
