@@ -50,8 +50,7 @@ class PlusConfig(Section):
     bandwidth_rad_s: Annotated[tuple[Bandwidth, Bandwidth, Bandwidth], Field(strict=False)] = Field(
         description="Of the feedback: ρ = bandwidth⁻⁴ on (u - u*)², bandwidth⁻² over a climb rate."
     )
-    rate_time_s: Bandwidth = Annotated[float, Field(ge=0.5, le=20.0)]
-NonNegativePerAxis = Field(
+    rate_time_s: NonNegativePerAxis = Field(
         description="τ: weight ρ τ² on the squared rate of u - u*; keeps noise out of the command."
     )
     low_pass_rad_s: PerAxis = Field(description="C(s) on the adaptive estimate.")
