@@ -15,15 +15,17 @@ from companion.theory.plant import AxisPlant, axis_plants, second_order
 MORE_DELAY_S = 0.020
 GAIN_SHARE = 0.15
 MORE_LAG, LESS_LAG = 1.25, 0.75
-STABLE_DELAY_S, STABLE_DELAY_Z_S = 0.040, 0.070
+STABLE_DELAY_S, STABLE_DELAY_Z_S = 0.040, 0.060
 """With this much more delay a loop must still be stable, however badly it flies.  A height that
 oscillates takes the horizontal axes with it, and over the companion's own loop z has room."""
 GAMMA_SHARE, GAMMA_SHARE_SHAPED = 0.8, 0.65
 """Of Γ, with which the loop must still be stable: Γ is that much above its lower bound.  The second
 where an autopilot shapes its commands: the adaptation mode is where the plant is known worst."""
-STABLE_LAG_SHAPED = 0.6
-"""Of the attitude's lag, with which x and y must still be stable where an autopilot shapes its
-commands: it answers to small ones quicker than to the steps of an identification."""
+STABLE_LAG, STABLE_LAG_SHAPED = 0.65, 0.6
+"""Of the attitude's lag, with which x and y must still be stable: with less lag the adaptation mode
+comes to its limit.  The second where an autopilot shapes its commands: it answers to small ones
+quicker than to the steps of an identification."""
+_LEAST_DAMPING = 0.05
 GUST_M_S2 = 1.2
 """Peak of the acceleration by gusts, as in the jet of a fan."""
 GUST_M_S = 0.2
@@ -67,12 +69,10 @@ def horizontal_family(
         dynamics: of the vehicle.
         shaped_commands: whether its autopilot shapes the commanded attitude, as ArduCopter does.
     """
-    share = GAMMA_SHARE
-    quicker: tuple[Member, ...] = ()
+    share, quickest = GAMMA_SHARE, STABLE_LAG
     if shaped_commands:
-        share = GAMMA_SHARE_SHAPED
-        much = _gain_lag(dynamics.attitude, STABLE_LAG_SHAPED)
-        quicker = (replace(_horizontal("lag -40 %", dynamics, 0.0, much), bounded=False),)
+        share, quickest = GAMMA_SHARE_SHAPED, STABLE_LAG_SHAPED
+    quick = _horizontal("quickest", dynamics, 0.0, _gain_lag(dynamics.attitude, quickest))
     gain = dynamics.tilt_gain
     nominal = replace(_horizontal("nominal", dynamics, 4.0, dynamics.attitude), bounded=False)
     return (
@@ -85,8 +85,14 @@ def horizontal_family(
         replace(nominal, name="gain -15 %", weight=0.5, gain=gain * (1 - GAIN_SHARE), bounded=True),
         _horizontal("drag × 2", dynamics, 0.3, dynamics.attitude, drag=2.0),
         replace(nominal, name="gusts", weight=1.2, gust=GUST_M_S2),
-        *_only_stable(nominal, STABLE_DELAY_S, share),
-        *quicker,
+        replace(
+            nominal,
+            name=f"delay +{STABLE_DELAY_S * 1e3:.0f} ms",
+            weight=0.0,
+            more_delay_s=STABLE_DELAY_S,
+        ),
+        replace(quick, name=f"lag {quickest - 1.0:.0%}", bounded=False),
+        *_only_stable(nominal, share),
     )
 
 
@@ -102,6 +108,14 @@ def vertical_family(
     """
     nominal = _vertical("nominal", climb, loop_delay_s, 4.0)
     slow, quick = _gain_lag(climb, MORE_LAG), _gain_lag(climb, LESS_LAG)
+
+    def later(name: str, more_s: float, weight: float) -> Member:
+        # The companion's own loop is closed over the delay, too, and swings more with it.
+        inner = climb if autopilots else _closed_later(climb, more_s)
+        member = _vertical(name, inner, loop_delay_s, weight)
+        return replace(member, more_delay_s=more_s, bounded=weight > 0.0)
+
+    stable_s = STABLE_DELAY_S if autopilots else STABLE_DELAY_Z_S
     return (
         nominal,
         replace(_vertical("lag +25 %", slow, loop_delay_s, 0.6), bounded=True),
@@ -109,23 +123,21 @@ def vertical_family(
         replace(
             _vertical("slower by 25 %", _slower(climb, MORE_LAG), loop_delay_s, 0.6), bounded=True
         ),
-        replace(nominal, name="delay +20 ms", weight=1.0, more_delay_s=MORE_DELAY_S, bounded=True),
+        later("delay +20 ms", MORE_DELAY_S, 1.0),
         replace(nominal, name="gain +15 %", weight=0.5, gain=1 + GAIN_SHARE, bounded=True),
         replace(nominal, name="gain -15 %", weight=0.5, gain=1 - GAIN_SHARE, bounded=True),
         replace(nominal, name="gusts", weight=1.2, gust=GUST_M_S),
-        *_only_stable(nominal, STABLE_DELAY_S if autopilots else STABLE_DELAY_Z_S),
+        later(f"delay +{stable_s * 1e3:.0f} ms", stable_s, 0.0),
+        *_only_stable(nominal, GAMMA_SHARE),
     )
 
 
-def _only_stable(
-    nominal: Member, more_delay_s: float, gamma_share: float = GAMMA_SHARE
-) -> tuple[Member, ...]:
-    """Loops of which nothing is asked but to be stable."""
-    bare = replace(nominal, weight=0.0)
+def _only_stable(nominal: Member, gamma_share: float) -> tuple[Member, ...]:
+    """Loops with less Γ, of which nothing is asked but to be stable."""
+    bare = replace(nominal, weight=0.0, gamma_share=gamma_share)
     return (
-        replace(bare, name=f"delay +{more_delay_s * 1e3:.0f} ms", more_delay_s=more_delay_s),
-        replace(bare, name="less Γ", gamma_share=gamma_share),
-        replace(bare, name="less Γ, reference held", gamma_share=gamma_share, held=True),
+        replace(bare, name="less Γ"),
+        replace(bare, name="less Γ, reference held", held=True),
     )
 
 
@@ -161,5 +173,23 @@ def _gain_lag(response: ResponseConfig, factor: float) -> ResponseConfig:
         update={
             "natural_frequency_rad_s": response.natural_frequency_rad_s / root,
             "damping": response.damping * root,
+        }
+    )
+
+
+def _closed_later(climb: ResponseConfig, more_s: float) -> ResponseConfig:
+    """A climb loop of the companion's that is closed over more delay.
+
+    ``L = ωn² / (s² + 2 ζ ωn s)`` is what closes to the response; with ``e^{-sD}`` to second order
+    the characteristic polynomial is ``(1 + ωn² D² / 2) s² + (2 ζ ωn - ωn² D) s + ωn²``.
+    """
+    stiffness = climb.natural_frequency_rad_s**2
+    inertia = 1.0 + 0.5 * stiffness * more_s**2
+    damping = 2.0 * climb.damping * climb.natural_frequency_rad_s - stiffness * more_s
+    omega = math.sqrt(stiffness / inertia)
+    return climb.model_copy(
+        update={
+            "natural_frequency_rad_s": omega,
+            "damping": max(_LEAST_DAMPING, 0.5 * damping / (inertia * omega)),
         }
     )

@@ -68,7 +68,7 @@ class Scores:
     @property
     def hold(self) -> NDArray[np.bool_]:
         """(candidates,) whether every loop is stable."""
-        stable: NDArray[np.bool_] = (self.radii < _LARGEST_RADIUS).all(axis=0)
+        stable: NDArray[np.bool_] = np.all(self.radii < _LARGEST_RADIUS, axis=0)
         return stable
 
 
@@ -81,7 +81,10 @@ class Scorer:
         rates = builder.rates
         self._steps = round((HOVER_S + SCORED_S) / rates.period_s)
         self._first = round(HOVER_S / rates.period_s)
-        times = np.arange(self._steps + longest_horizon + 2) * rates.period_s - HOVER_S
+        times: Array = (
+            np.arange(self._steps + longest_horizon + 2, dtype=np.float64) * rates.period_s
+            - HOVER_S
+        )
         self._now = _desired(paths, times[: self._steps])
         self._ahead = _desired(paths, times + rates.known_delay_s)
         at = times[: self._steps]
