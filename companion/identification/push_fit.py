@@ -2,11 +2,11 @@
 
 ``v' = G g R(ψ) t - k1 v - k2 |v| v + c`` with t the tangent of the reported tilt as a vector (up's
 horizontal part over its vertical one), ψ what the reported heading is off, and c the push that is
-there without a tilt.  Its integral is linear in G cos ψ, G sin ψ, k1, k2 and what each stretch
-begins with, but for the speed in the drag, which is the model's own and found by iteration (a
-reported one would bring its scatter into the regressors).  Weighted least squares, with the
-scatter of the velocity estimated from the fit's own residuals; what changes slowly (a wandering
-level, a breeze) is left to a polynomial of each stretch.
+there without a tilt.  The model is integrated over each stretch of the flight from a free beginning
+and with a free c, constant and growing, which takes up what changes slowly (a wandering level, a
+breeze).  Weighted Gauss-Newton on G cos ψ, G sin ψ, k1 and k2, with the scatter of the velocity
+estimated from the fit's own residuals.  A reported speed is nowhere a regressor: its scatter would
+bias the drag.
 """
 
 import math
@@ -31,8 +31,13 @@ from companion.identification.scatter import (
 from companion.identification.signals import since_begin_s, up_vectors
 
 _PARTS = ("hover", "roll", "pitch", "swing")
-_ROUNDS = 3
+_ROUNDS = 2
+_STEPS = 3
 _THINNED = 360
+_USUAL_K2_1_M, _USUAL_K2_SPREAD_1_M = 0.02, 0.04
+"""What k2 of a multirotor is before anything is measured.  Within a box of a few metres the speeds
+differ too little to part k1 v from k2 v² under a wandering estimate; with motion capture the
+measurement outweighs this by far."""
 _LEAST_SPEED_M_S = 0.5
 _AXES = ("x", "y")
 
@@ -78,17 +83,19 @@ def fit_push(
         FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0)),
         FittedScatter(VelocityScatter(0.02, 0.1, 1.0), (0.0, 0.0, 0.0)),
     )
-    solved = data.solve(scatters)
+    solved = data.solve(data.begin(), scatters)
     begins: tuple[Scatter | None, Scatter | None] = (None, None)
     for _ in range(_ROUNDS):
-        data.take_speed_of(solved)
+        for _ in range(_STEPS):
+            solved = data.solve(solved, scatters)
         if weighting is None:
             scatters = (
                 likeliest(VelocityScatter, data.residuals(solved, 0), begins[0]),
                 likeliest(VelocityScatter, data.residuals(solved, 1), begins[1]),
             )
             begins = (scatters[0].scatter, scatters[1].scatter)
-        solved = data.solve(scatters)
+    for _ in range(_STEPS):
+        solved = data.solve(solved, scatters)
     along, across, linear, quadratic = solved.values.tolist()
     gain = math.hypot(along, across)
     slope = np.array([along, across]) / gain
@@ -116,11 +123,14 @@ class _Solved:
     """(4,) G cos ψ, G sin ψ, k1, k2."""
     covariance: Array
     sizes: Array
-    """(2, stretches, 3) of the nuisances."""
+    """(2, stretches, 3) of what each axis begins with, m/s, its push without a tilt, m/s², and the
+    growth of that, m/s³."""
+    speeds_m_s: tuple[Array, ...]
+    """(rows,) of the model, of each stretch."""
 
 
 class _Data:
-    """The stretches, thinned out, with the integrals that the model is made of."""
+    """The stretches, and the model integrated over them."""
 
     def __init__(self, recording: Recording, runs: list[Rows], kept: list[Rows]) -> None:
         self._recording = recording
@@ -129,47 +139,66 @@ class _Data:
         self._times_s = since_begin_s(recording)
         up = up_vectors(recording)
         self._tangent = up[:, :2] / up[:, 2:]
-        self._velocity = recording.velocity_enu_m_s[:, :2].copy()
-        """What the drag is reckoned from: reported at first, then the model's."""
 
-    def solve(self, scatters: tuple[FittedScatter, FittedScatter]) -> _Solved:
-        """Generalised least squares of both axes together."""
+    def begin(self) -> _Solved:
+        """A guess: gravity, little drag, the reported speeds."""
+        velocity = self._recording.velocity_enu_m_s
+        sizes = np.zeros((2, len(self._runs), 3))
+        for k, run in enumerate(self._runs):
+            sizes[:, k, 0] = velocity[run[0], :2]
+        return _Solved(
+            np.array([1.0, 0.0, 0.2, _USUAL_K2_1_M]),
+            np.zeros((4, 4)),
+            sizes,
+            tuple(np.hypot(*velocity[run, :2].T) for run in self._runs),
+        )
+
+    def solve(self, about: _Solved, scatters: tuple[FittedScatter, FittedScatter]) -> _Solved:
+        """One step of Gauss and Newton, of both axes together."""
         normal, right = np.zeros((4, 4)), np.zeros(4)
+        normal[3, 3] = 1.0 / _USUAL_K2_SPREAD_1_M**2
+        right[3] = (_USUAL_K2_1_M - about.values[3]) / _USUAL_K2_SPREAD_1_M**2
+        slopes = {}
         for axis in range(2):
             for k, few in enumerate(self._kept):
-                shapes = self._nuisances(k)
+                columns, shapes = self._slopes(about, k, axis)
                 lower = factor(scatters[axis].scatter, self._times_s[few], shapes)
-                columns = whitened(lower, self._columns(k, axis))
-                normal += columns.T @ columns
-                right += columns.T @ whitened(lower, self._measured(k, axis))
+                slopes[axis, k] = columns, shapes, self._left(about, k, axis)
+                white = whitened(lower, columns)
+                normal += white.T @ white
+                right += white.T @ whitened(lower, slopes[axis, k][2])
         covariance: Array = np.asarray(np.linalg.pinv(normal), dtype=float)
-        values = covariance @ right
-        return _Solved(values, covariance, self._sizes(values, scatters))
+        change = covariance @ right
+        sizes = about.sizes.copy()
+        nothing = [np.zeros((len(few), 1)) for few in self._kept]
+        for (axis, k), (columns, shapes, left) in slopes.items():
+            lower = factor(scatters[axis].scatter, self._times_s[self._kept[k]], nothing[k])
+            more, *_ = np.linalg.lstsq(
+                whitened(lower, shapes), whitened(lower, left - columns @ change), rcond=None
+            )
+            sizes[axis, k] += more
+        stepped = _Solved(about.values + change, covariance, sizes, about.speeds_m_s)
+        speeds = tuple(
+            np.hypot(self._modelled(stepped, k, 0), self._modelled(stepped, k, 1))
+            for k in range(len(self._runs))
+        )
+        return _Solved(stepped.values, covariance, sizes, speeds)
 
     def residuals(self, solved: _Solved, axis: int) -> list[Residual]:
         """What the model leaves of an axis."""
         return [
             Residual(
                 self._times_s[few],
-                self._measured(k, axis) - self._columns(k, axis) @ solved.values,
-                self._nuisances(k),
+                self._left(solved, k, axis),
+                np.concatenate(self._slopes(solved, k, axis), axis=1),
             )
             for k, few in enumerate(self._kept)
         ]
 
-    def take_speed_of(self, solved: _Solved) -> None:
-        """Let the drag be reckoned from the model's speed from now on."""
-        fresh = self._velocity.copy()
-        for k, run in enumerate(self._runs):
-            for axis in range(2):
-                fresh[run, axis] = self._modelled(solved, k, axis)
-        self._velocity = fresh
-
     def trims_rad(self, solved: _Solved) -> tuple[Estimate, Estimate]:
         """Roll and pitch at which nothing pushes: of the stretches' constants, their mean."""
         lengths = np.array([self._times_s[run[-1]] - self._times_s[run[0]] for run in self._runs])
-        slopes = solved.sizes[:, :, 1]
-        middles = slopes + solved.sizes[:, :, 2] * lengths
+        middles = solved.sizes[:, :, 1] + 0.5 * solved.sizes[:, :, 2] * lengths
         yaw = float(np.mean(self._recording.yaw_rad))
         ahead = math.cos(yaw) * middles[0] + math.sin(yaw) * middles[1]
         left = -math.sin(yaw) * middles[0] + math.cos(yaw) * middles[1]
@@ -206,53 +235,67 @@ class _Data:
                 )
         return tuple(made)
 
-    def _columns(self, k: int, axis: int, *, whole: bool = False) -> Array:
-        """Integrals over a stretch of what G cos ψ, G sin ψ, k1 and k2 multiply."""
+    def _pushes(self, k: int, axis: int) -> Array:
+        """(rows, 2) what G cos ψ and G sin ψ multiply, m/s²."""
         run = self._runs[k]
-        own, other = self._tangent[run, axis], self._tangent[run, 1 - axis]
+        other = self._tangent[run, 1 - axis]
         turned = -other if axis == 0 else other
-        velocity = self._velocity[run]
-        speed = np.hypot(velocity[:, 0], velocity[:, 1])
-        rates = np.stack(
+        return GRAVITY_M_S2 * np.stack([self._tangent[run, axis], turned], axis=1)
+
+    def _modelled(self, solved: _Solved, k: int, axis: int) -> Array:
+        """(rows,) velocity of the model."""
+        run = self._runs[k]
+        since_s = self._times_s[run] - self._times_s[run[0]]
+        first, push, growth = solved.sizes[axis, k].tolist()
+        rate = self._pushes(k, axis) @ solved.values[:2] + push + growth * since_s
+        decay = solved.values[2] + solved.values[3] * solved.speeds_m_s[k]
+        fading = _fading(since_s, decay)
+        modelled: Array = first * fading + _integrated(since_s, rate[:, None], fading)[:, 0]
+        return modelled
+
+    def _slopes(self, solved: _Solved, k: int, axis: int) -> tuple[Array, Array]:
+        """Derivatives of the model's velocity at the kept rows.
+
+        Returns:
+            (kept, 4) by the values, and (kept, 3) by the stretch's own sizes.
+        """
+        run = self._runs[k]
+        since_s = self._times_s[run] - self._times_s[run[0]]
+        speed = solved.speeds_m_s[k]
+        velocity = self._modelled(solved, k, axis)
+        # The drag k2 |v| v grows by twice k2 |v| along the way, by once across it: between them.
+        fading = _fading(since_s, solved.values[2] + 1.5 * solved.values[3] * speed)
+        rates = np.concatenate(
             [
-                GRAVITY_M_S2 * own,
-                GRAVITY_M_S2 * turned,
-                -velocity[:, axis],
-                -speed * velocity[:, axis],
+                self._pushes(k, axis),
+                np.stack([-velocity, -speed * velocity, np.ones(len(run)), since_s], axis=1),
             ],
             axis=1,
         )
-        steps = np.diff(self._times_s[run])[:, None]
-        summed = np.cumsum(0.5 * steps * (rates[1:] + rates[:-1]), axis=0)
-        integrals = np.concatenate([np.zeros((1, 4)), summed])
-        taken: Array = integrals if whole else integrals[self._places[k]]
-        return taken
+        integrals = _integrated(since_s, rates, fading)[self._places[k]]
+        shapes = np.concatenate([fading[self._places[k], None], integrals[:, 4:]], axis=1)
+        return integrals[:, :4], shapes
 
-    def _nuisances(self, k: int, *, whole: bool = False) -> Array:
-        """What a stretch begins with, a constant push, and one that grows."""
-        run = self._runs[k]
-        rows = run if whole else self._kept[k]
-        since_s = self._times_s[rows] - self._times_s[run[0]]
-        return np.stack([np.ones(len(rows)), since_s, since_s**2], axis=1)
+    def _left(self, solved: _Solved, k: int, axis: int) -> Array:
+        """(kept,) what the model leaves."""
+        few = self._kept[k]
+        modelled = self._modelled(solved, k, axis)[self._places[k]]
+        left: Array = self._recording.velocity_enu_m_s[few, axis] - modelled
+        return left
 
-    def _measured(self, k: int, axis: int) -> Array:
-        measured: Array = self._recording.velocity_enu_m_s[self._kept[k], axis]
-        return measured
 
-    def _modelled(self, solved: _Solved, k: int, axis: int) -> Array:
-        columns = self._columns(k, axis, whole=True)
-        shapes = self._nuisances(k, whole=True)
-        modelled: Array = columns @ solved.values + shapes @ solved.sizes[axis, k]
-        return modelled
+def _fading(since_s: Array, decay_1_s: Array) -> Array:
+    """(n,) what is left of an initial velocity under a decay that changes."""
+    steps = np.diff(since_s)
+    total = np.concatenate([[0.0], np.cumsum(0.5 * steps * (decay_1_s[1:] + decay_1_s[:-1]))])
+    fading: Array = np.exp(-total)
+    return fading
 
-    def _sizes(self, values: Array, scatters: tuple[FittedScatter, FittedScatter]) -> Array:
-        sizes = np.zeros((2, len(self._runs), 3))
-        for axis in range(2):
-            for k, few in enumerate(self._kept):
-                shapes = self._nuisances(k)
-                lower = factor(scatters[axis].scatter, self._times_s[few], np.zeros((len(few), 1)))
-                rest = self._measured(k, axis) - self._columns(k, axis) @ values
-                sizes[axis, k], *_ = np.linalg.lstsq(
-                    whitened(lower, shapes), whitened(lower, rest), rcond=None
-                )
-        return sizes
+
+def _integrated(since_s: Array, rates: Array, fading: Array) -> Array:
+    """(n, k) solutions of ``v' = rate - decay v`` from 0, by variation of constants."""
+    ahead = rates / fading[:, None]
+    steps = np.diff(since_s)[:, None]
+    summed = np.cumsum(0.5 * steps * (ahead[1:] + ahead[:-1]), axis=0)
+    whole: Array = fading[:, None] * np.concatenate([np.zeros((1, rates.shape[1])), summed])
+    return whole

@@ -18,7 +18,7 @@ from companion.identification.recording import Array
 
 _DAMPING = 0.7
 """Of the oscillation; the likelihood hardly depends on it."""
-_FLAT = 1e6
+_FLAT = 1e3
 """Prior variance of a nuisance over the scatter's own: as good as flat."""
 _LEAST = 1e-7
 """Share of the variance that is added for the factorisation's sake."""
@@ -39,6 +39,11 @@ class VelocityScatter:
     per second."""
     restoring_rad_s: float
     """Natural frequency of the oscillation: beyond its period the walk is bounded."""
+
+    @property
+    def variance(self) -> float:
+        """Of a sample."""
+        return self.density**2 / (4.0 * _DAMPING * self.restoring_rad_s) + self.white**2
 
     def covariance(self, times_s: Array) -> Array:
         """(n, n) covariance of samples at (n,) times."""
@@ -80,6 +85,11 @@ class LoopScatter:
     """Standard deviation of the other one."""
     correlation_s: float
     """Time over which that falls to 1/e."""
+
+    @property
+    def variance(self) -> float:
+        """Of a sample."""
+        return self.wander**2 + self.white**2
 
     def covariance(self, times_s: Array) -> Array:
         """(n, n) covariance of samples at (n,) times."""
@@ -127,7 +137,7 @@ def factor(scatter: Scatter, times_s: Array, nuisances: Array) -> Array:
     from scipy.linalg import cholesky
 
     covariance = scatter.covariance(times_s)
-    variance = float(np.mean(np.diag(covariance)))
+    variance = scatter.variance
     covariance += (_FLAT * variance) * (nuisances @ nuisances.T)
     covariance[np.diag_indices_from(covariance)] += _LEAST * variance
     lower: Array = cholesky(covariance, lower=True, overwrite_a=True, check_finite=False)
@@ -167,6 +177,8 @@ def likeliest(
             lower = factor(scatter, part.times_s, part.nuisances)
             white = whitened(lower, part.values)
             total += 0.5 * float(white @ white) + float(np.log(np.diag(lower)).sum())
+            # The nuisances' prior grows with the scatter: what that adds to the determinant goes.
+            total -= 0.5 * part.nuisances.shape[1] * math.log(scatter.variance)
         return total
 
     bounds = [(math.log(low), math.log(high)) for _, low, high in table]
