@@ -14,7 +14,8 @@ from companion.config.models import ThrustConfig
 from companion.identification.estimates import Estimate, FittedCurve, Response, UnidentifiedError
 from companion.identification.intervals import half_width
 from companion.identification.least_squares import Parameters, sandwich, solve
-from companion.identification.lift_fit import FAST_POLE_RAD_S, LiftFit
+from companion.identification.lift_fit import LiftFit
+from companion.identification.lift_model import FAST_POLE_RAD_S
 from companion.identification.parts import require, stretches, thinned
 from companion.identification.recording import Array, Recording
 from companion.identification.scatter import LoopScatter, Residual, likeliest

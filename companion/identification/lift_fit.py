@@ -15,33 +15,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from companion.control.thrust import GRAVITY_M_S2
 from companion.identification.estimates import Estimate, FittedCurve, Response, UnidentifiedError
 from companion.identification.intervals import half_width
 from companion.identification.least_squares import Parameters, Solution, inverse_information, solve
-from companion.identification.parts import Rows, require, stretches, thinned
+from companion.identification.lift_model import LiftModel, lag_as_second_order
+from companion.identification.parts import Rows, require
 from companion.identification.recording import Array, Recording
 from companion.identification.scatter import (
     FittedScatter,
-    Residual,
     Scatter,
     VelocityScatter,
-    factor,
     likeliest,
-    whitened,
-)
-from companion.identification.signals import (
-    GRID_S,
-    accumulated,
-    delayed,
-    held,
-    sampled,
-    second_order,
-    since_begin_s,
-    up_vectors,
 )
 
-FAST_POLE_RAD_S = 250.0
 _PARTS = ("hover", "thrust", "climb")
 _REPORTED_PARTS = ("hover", "roll", "pitch", "climb")
 _ALL = (0, 1, 2, 3, 4)
@@ -53,11 +39,6 @@ _REPORTS_ARE_OFF = 0.002
 scatter of the climb rate that the reports are held against."""
 _LEAST_WAVE = 0.03
 _ROUNDS = 3
-_THINNED = 360
-_LONGEST_S = 15.0
-"""A longer stretch is cut: the effort grows with the cube of its samples."""
-_BEFORE_S = 1.5
-"""Of commands that the lag is started with, before a stretch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,13 +53,6 @@ class LiftFit:
     """(5, 5) of them."""
     scatter: FittedScatter
     curve: FittedCurve
-
-
-def lag_as_second_order(lag_s: float) -> tuple[float, float]:
-    """ωn and ζ of a first-order lag in front of the fast pole."""
-    fast_s = 1.0 / FAST_POLE_RAD_S
-    omega = 1.0 / math.sqrt(lag_s * fast_s)
-    return omega, 0.5 * (lag_s + fast_s) * omega
 
 
 def fit_lift(
@@ -105,7 +79,7 @@ def fit_lift(
             f"{_LEAST_WAVE:.0%} are needed. Fly a larger wave"
         )
     hover = float(np.mean(force[require(recording, "hover")]))
-    model = _Model(recording, force)
+    model = LiftModel(recording, force)
     fitted = _fit(model, model.runs(_PARTS), _parameters(hover), _ALL, weighting)
     _refuse(fitted.values, _parameters(hover))
     return LiftFit(
@@ -149,7 +123,7 @@ def fit_reported_lift(
     )
     force = recording.reported_thrust[np.maximum(newest, known[0])]
     hover = float(np.mean(force[hover_rows]))
-    model = _Model(recording, force)
+    model = LiftModel(recording, force)
     fitted = _fit(model, model.runs(_REPORTED_PARTS), _parameters(hover), _HOVER_ONLY, weighting)
     variance = fitted.covariance[2, 2] + (_REPORTS_ARE_OFF * fitted.values[2]) ** 2
     return ReportedLift(_hover_thrust(fitted.values[2], variance, 0.0), fitted.scatter)
@@ -173,7 +147,7 @@ def _parameters(hover: float) -> Parameters:
 
 
 def _fit(
-    model: "_Model",
+    model: LiftModel,
     runs: list[Rows],
     whole: Parameters,
     free: tuple[int, ...],
@@ -213,106 +187,6 @@ def _fit(
     covariance = np.zeros((len(values), len(values)))
     covariance[np.ix_(chosen, chosen)] = excess * inverse_information(solution.jacobian)
     return _Fitted(values, covariance, scatter)
-
-
-class _Model:
-    """What the thrust makes of the climb rate, stretch by stretch."""
-
-    def __init__(self, recording: Recording, force: Array) -> None:
-        self._times_s = since_begin_s(recording)
-        self._recording = recording
-        end_s = float(self._times_s[-1])
-        self._force = held(self._times_s, force, end_s)
-        grid_s = np.arange(len(self._force)) * GRID_S
-        vertical = recording.thrust_meaning.kind == "vertical"
-        cosine = np.ones(len(recording)) if vertical else up_vectors(recording)[:, 2]
-        self._cosine = np.interp(grid_s, self._times_s, cosine)
-        self._climb_m_s = recording.velocity_enu_m_s[:, 2]
-
-    def runs(self, names: tuple[str, ...]) -> list[Rows]:
-        """The stretches of some parts, in pieces that are not too long."""
-        found = [run for name in names for run in stretches(self._recording, name)]
-        return [piece for run in found for piece in self._cut(run)]
-
-    def _cut(self, run: Rows) -> list[Rows]:
-        span_s = float(self._times_s[run[-1]] - self._times_s[run[0]])
-        return list(np.array_split(run, max(1, math.ceil(span_s / _LONGEST_S))))
-
-    def climb_m_s(self, values: Array, run: Rows) -> Array:
-        """(len(run),) from 0 at the stretch's first sample."""
-        lag_s, dead_s, hover, straight, drag = values.tolist()
-        begin_s, end_s = float(self._times_s[run[0]]), float(self._times_s[run[-1]])
-        first = max(0, round((begin_s - _BEFORE_S) / GRID_S))
-        start, stop = round(begin_s / GRID_S), round(end_s / GRID_S)
-        omega, zeta = lag_as_second_order(lag_s)
-        force = delayed(second_order(self._force[first : stop + 1], omega, zeta), dead_s)
-        share = (force * self._cosine[first : stop + 1])[start - first :] / hover
-        climb = accumulated(GRAVITY_M_S2 * straight * (share - 1.0), drag)
-        return sampled(climb, self._times_s[run] - start * GRID_S)
-
-    def nuisances(self, values: Array, run: Rows) -> Array:
-        """(len(run), 1): the unknown climb rate at the beginning dies out with the drag."""
-        since_s = self._times_s[run] - self._times_s[run[0]]
-        fading: Array = np.exp(-values[4] * since_s)[:, None]
-        return fading
-
-    def residuals(self, values: Array, runs: list[Rows]) -> list[Residual]:
-        """What the model leaves, thinned out."""
-        parts = []
-        for run, few in zip(runs, thinned(runs, _THINNED), strict=True):
-            rest = self._climb_m_s[run] - self.climb_m_s(values, run)
-            kept = np.searchsorted(run, few)
-            nuisances = self.nuisances(values, run)
-            parts.append(Residual(self._times_s[few], rest[kept], nuisances[kept]))
-        return parts
-
-    def whitened_misfit(self, about: Array, runs: list[Rows], scatter: Scatter) -> "_Whitened":
-        """The misfit in units of the scatter, the unknown beginnings left out."""
-        return _Whitened(self, about, runs, scatter)
-
-    def curve(self, values: Array, run: Rows) -> FittedCurve:
-        """Of a part, for a person: the part's unknown beginning is the best one for all of it."""
-        modelled = self.climb_m_s(values, run)
-        shapes = np.stack([np.ones(len(run)), self._times_s[run] - self._times_s[run[0]]], axis=1)
-        rest = self._climb_m_s[run] - modelled
-        size, *_ = np.linalg.lstsq(shapes, rest, rcond=None)
-        return FittedCurve(
-            "lift",
-            "climb rate under the thrust wave (m/s)",
-            self._recording.time_s[run],
-            self._climb_m_s[run],
-            modelled + shapes @ size,
-            np.full(len(run), np.nan),
-        )
-
-    def measured_m_s(self, run: Rows) -> Array:
-        """(len(run),) reported climb rate."""
-        climb: Array = self._climb_m_s[run]
-        return climb
-
-    def times_s(self, run: Rows) -> Array:
-        """(len(run),) since the recording's beginning."""
-        times: Array = self._times_s[run]
-        return times
-
-
-class _Whitened:
-    """The misfit of all stretches in units of the scatter, the unknown beginnings left out."""
-
-    def __init__(self, model: _Model, about: Array, runs: list[Rows], scatter: Scatter) -> None:
-        self._model, self._runs = model, runs
-        self._factors = [
-            factor(scatter, model.times_s(run), model.nuisances(about, run)) for run in runs
-        ]
-
-    def __call__(self, values: Array) -> Array:
-        """(samples,) for the parameters' values."""
-        return np.concatenate(
-            [
-                whitened(lower, self._model.climb_m_s(values, run) - self._model.measured_m_s(run))
-                for run, lower in zip(self._runs, self._factors, strict=True)
-            ]
-        )
 
 
 def _refuse(values: Array, parameters: Parameters) -> None:

@@ -10,7 +10,8 @@ from companion.identification.attitude_fit import fit_tilt
 from companion.identification.climb_fit import climb_by_lift, fit_climb
 from companion.identification.estimates import Estimate, UnidentifiedError
 from companion.identification.identify import identify, identify_weighted
-from companion.identification.lift_fit import fit_lift, fit_reported_lift, lag_as_second_order
+from companion.identification.lift_fit import fit_lift, fit_reported_lift
+from companion.identification.lift_model import lag_as_second_order
 from companion.identification.link_fit import fit_loop_delay
 from companion.identification.push_fit import fit_push
 from tests.companion.identification.synthetic import (

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from companion.identification.attitude_fit import fit_tilt
-from companion.identification.lift_fit import fit_lift, lag_as_second_order
+from companion.identification.lift_fit import fit_lift
+from companion.identification.lift_model import lag_as_second_order
 from companion.identification.push_fit import fit_push
 from tests.companion.identification.synthetic import GNSS, MOCAP, Truth, record
 
