@@ -190,7 +190,7 @@ def _settled(stack: PlusStack, sample_s: float) -> tuple[Array, Array]:
         memory, record = predictor.step(
             s.noise, memory, np.array(drag), bound, still, still, still, sample_s
         )
-        if np.abs(memory.covariance - before).max() < _SETTLED * np.abs(before).max():
+        if (np.abs(memory.covariance - before) <= _SETTLED * np.abs(before)).all():
             return memory.covariance, record.y_tilde_deviation_m_s
     raise ValueError("the predictor's covariance does not settle for the stated noise")
 
