@@ -48,16 +48,20 @@ class FineAxis:
             through = plant.gain * plant.push * omega**2
             system[2, 1:3], system[2, 4] = (-(omega**2), -2.0 * zeta * omega), through
         system[1, 5] = 1.0
-        self.step = matrix_exponential(system * FINE_S)
+        whole = int(a.delay_s / FINE_S + 1e-9)
+        rest_s = max(0.0, a.delay_s - whole * FINE_S)  # within a step, before the input arrives
+        self.before = matrix_exponential(system * rest_s)
+        self.after = matrix_exponential(system * (FINE_S - rest_s))
         self.x = np.zeros(6)
         self.x[5] = disturbance_m_s2
-        self.queue = [0.0] * round(a.delay_s / FINE_S)
+        self.queue = [0.0] * whole
 
     def advance(self, u, seconds):
         for _ in range(round(seconds / FINE_S)):
             self.queue.append(u)
+            self.x = self.before @ self.x
             self.x[4] = self.queue.pop(0)
-            self.x = self.step @ self.x
+            self.x = self.after @ self.x
 
 
 def _state(time_s, axis, x, force):
