@@ -21,7 +21,8 @@ from companion.control.plus.mismatch import MismatchSettings
 from companion.control.plus.nominal_plant import Actuation, Interface, NominalPlant
 from companion.control.plus.planner import Planner, PlannerLimits
 from companion.control.plus.predictor import PredictorNoise
-from companion.control.plus.stack import PlusSettings, PlusStack
+from companion.control.plus.settings import PlusSettings
+from companion.control.plus.stack import PlusStack
 from companion.control.qp.port import QpSolverFactory
 from companion.control.thrust import GRAVITY_M_S2
 from companion.control.thrust_laws import ThrustLaw

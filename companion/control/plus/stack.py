@@ -2,13 +2,13 @@
 
 At each sample:
 
-1. `_sense`: the predictor takes the measured position and velocity and adapts σ̂; lag, drag, tilt
-   gain and heading are learnt;
+1. `sensing.py`: the predictor takes the measured position and velocity and adapts σ̂; lag, drag,
+   tilt gain and heading are learnt;
 2. `_plan`: the state (position, velocity, acceleration by the measured tilt, its rate) is carried
    over the delay of the loop by the nominal plant under the inputs that are on their way; the
    preview MPC gives the input u beside the flat input u* of the desired trajectory from then on,
    from which the low-passed σ̂ is taken off;
-3. `_command`: u, within its limits, becomes an attitude and a thrust.
+3. `_limit`: u, within its limits, becomes an attitude and a thrust.
 
 It is pure but for the solvers' warm start: memory and input in, memory, command and record out.
 """
@@ -23,12 +23,11 @@ from companion.control import yaw
 from companion.control.attitude import AttitudeGains
 from companion.control.frameworks import Command, Limits, Reference, StackRecord, Tick
 from companion.control.interfaces import AdaptationMean, InnerRecord, OuterRecord
-from companion.control.plus import flatness, lag, measured, mismatch, predictor
-from companion.control.plus.lag import LagMemory, LagSettings
-from companion.control.plus.mismatch import NOTHING, Mismatch, MismatchMemory, MismatchSettings
-from companion.control.plus.nominal_plant import Acting, NominalPlant, carry
+from companion.control.plus import flatness, lag, measured, sensing
+from companion.control.plus.nominal_plant import Acting, carry
 from companion.control.plus.planner import Planner, PlannerMemory
-from companion.control.plus.predictor import PredictorMemory, PredictorNoise, PredictorRecord
+from companion.control.plus.sensing import LEAST_VERTICAL_M_S2, Sensed
+from companion.control.plus.settings import PlusSettings
 from companion.control.reference_model import Array
 from companion.control.thrust import GRAVITY_M_S2
 from companion.control.thrust_laws import AccelerationLaw, ThrustLaw
@@ -36,58 +35,12 @@ from companion.frames import Vector3, quaternion_from_euler, tilt_cosine, yaw_of
 from companion.vehicle_state import VehicleState
 
 _TIME_DIGITS = 4
-_LEAST_VERTICAL_M_S2 = 0.3 * GRAVITY_M_S2
-_SIGMA_DEVIATION_M_S2 = 1.0
-"""Of what is not known of σ at engagement."""
-_LEAST_DENSITY = 0.05
-"""m/s² per √Hz: no air and no estimate is calmer."""
 _CARRY_SCALE_STEP = 0.1
 _LONGEST_STEP_S = 0.03
 """A rate is not applied for longer, however long the samples have not come."""
 _Y_TILDE_DEVIATIONS = 4.0
 _TILT_UNIT = np.array([GRAVITY_M_S2, GRAVITY_M_S2, 1.0])
 """Of accelerations, in the unit of u: sines of the tilt, and what the vertical input is."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlusSettings:
-    """MPC-L1+'s own numbers."""
-
-    plant: NominalPlant
-    quadratic_drag_1_m: float
-    noise: PredictorNoise
-    low_pass_rad_s: tuple[float, float, float]
-    """Bandwidth ω of C(s), by axis."""
-    sigma_bound_m_s2: tuple[float, float, float]
-    tilt_rate_limit_rad_s: float
-    vertical_limit: tuple[float, float]
-    """Least and greatest vertical input: m/s², or m/s over a climb rate."""
-    lag: LagSettings | None
-    """None: the lag is what was identified."""
-    mismatch: MismatchSettings | None
-    """None: drag, tilt gain and heading are what was identified."""
-    held_sigma: tuple[float, float, float] | None = None
-    """Adaptation switched off: σ̂ is this, and nothing is learnt."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sensed:
-    """What is known of the vehicle at a sample."""
-
-    predictor: PredictorMemory
-    sigma_low_passed: Array
-    """(3,) C(s) σ̂."""
-    actuation: Array
-    """(3, 2) acceleration and its rate: by the measured tilt for x and y, modelled for z."""
-    modelled: Array
-    """(3, 2) the same by the identified response to the commands alone."""
-    lag: LagMemory
-    mismatch: MismatchMemory
-    learnt: Mismatch
-    tilted: Array
-    """(2,) acceleration by the measured tilt, as identified."""
-    velocity: Array
-    """(3,) as measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,38 +96,24 @@ class PlusStack:
             applied_u: (3,) u that is in effect, as for `companion.control.frameworks.Stack.start`.
         """
         s = self.settings
-        position, velocity = np.array(state.position_enu_m), np.array(state.velocity_enu_m_s)
+        sensed = sensing.start(s, state)
         force = GRAVITY_M_S2 * s.plant.tilt_gain
-        tilted = measured.tilt_acceleration(state, force)
-        vertical = float(velocity[2]) if s.plant.vertical.interface == "climb_rate" else 0.0
-        u = np.array([tilted[0, 0], tilted[1, 0], vertical])
+        climb = state.velocity_enu_m_s[2]
+        vertical = climb if s.plant.vertical.interface == "climb_rate" else 0.0
+        u = np.array([*sensed.tilted.tolist(), vertical])
         if applied_u is not None:
             sines = applied_u[:2]
             cosine = math.sqrt(max(0.1, 1.0 - float(sines @ sines)))
             asked = np.array([*(force * sines / cosine), applied_u[2]])
             u = np.where(np.isfinite(asked), asked, u)
-        actuation = np.vstack([tilted, np.zeros(2)])
-        sigma = np.array(s.held_sigma) if s.held_sigma is not None else np.zeros(3)
         return PlusMemory(
             sample_s=state.time_s,
-            sensed=Sensed(
-                predictor.start(
-                    s.noise, position, velocity, sigma, np.full(3, _SIGMA_DEVIATION_M_S2)
-                ),
-                sigma,
-                actuation,
-                actuation,
-                lag.start(),
-                mismatch.start(),
-                NOTHING,
-                tilted[:, 0],
-                velocity,
-            ),
+            sensed=sensed,
             deviation=None,
             acting=(Acting((state.time_s,) * 3, _triple(u)),),
             tangent=u[:2] / force,
             planner=PlannerMemory(state.time_s, (math.nan,) * 3),
-            thrust=self.thrust.start(float(velocity[2]), thrust_memory),
+            thrust=self.thrust.start(climb, thrust_memory),
             yaw_rad=yaw_of(state.attitude_flu_to_enu),
         )
 
@@ -191,7 +130,10 @@ class PlusStack:
         if dt <= 0.0:
             raise ValueError(f"time does not advance: {memory.sample_s} s, then {state.time_s} s")
         now_s = memory.sample_s + dt  # what was rounded off comes back at the next sample
-        sensed, predicted = self._sense(memory, state, now_s, dt)
+        sampled_s = (memory.sample_s, now_s)
+        sensed, predicted = sensing.sense(
+            self.settings, memory.sensed, memory.acting, state, sampled_s
+        )
         s = self.settings
         sent_s = now_s + tick.loop_delay_s
         x_axis, y_axis, z_axis = s.plant.axes
@@ -238,78 +180,6 @@ class PlusStack:
         )
         command = Command(quaternion_from_euler(roll, pitch, yaw_command), field)
         return advanced, command, record
-
-    def _sense(
-        self, memory: PlusMemory, state: VehicleState, now_s: float, dt: float
-    ) -> tuple[Sensed, PredictorRecord]:
-        """Take a sample in."""
-        s, before = self.settings, memory.sensed
-        position, velocity = np.array(state.position_enu_m), np.array(state.velocity_enu_m_s)
-        x = np.empty((3, 4))
-        x[:, :2], x[:, 2:] = before.predictor.estimate[:, :2], before.modelled
-        sigma = before.predictor.estimate[:, 2]
-        until = (now_s, now_s, now_s)
-        modelled = carry(s.plant, x, sigma, memory.sample_s, until, memory.acting)[:, 2:]
-
-        force = max(_LEAST_VERTICAL_M_S2, GRAVITY_M_S2 + float(modelled[2, 0]))
-        by_tilt = measured.tilt_acceleration(state, force * s.plant.tilt_gain)
-        tilted = by_tilt[:, 0]
-        learnt = before.learnt
-        actuation = modelled.copy()
-        actuation[:2] = learnt.pushes(by_tilt)
-        lag_memory = before.lag
-        if s.lag is not None:
-            lag_memory = lag.step(s.lag, before.lag, tilted, modelled[:2, 0], modelled[:2, 1], dt)
-
-        drag = s.plant.linear_drag_1_s + learnt.drag_1_s
-        drags = [drag if axis.interface == "acceleration" else 0.0 for axis in s.plant.axes]
-        known = 0.5 * (before.actuation[:, 0] + actuation[:, 0])
-        bound = np.array(s.sigma_bound_m_s2)
-        predicted, record = predictor.step(
-            s.noise, before.predictor, np.array(drags), bound, known, position, velocity, dt
-        )
-        mismatch_memory = before.mismatch
-        if s.held_sigma is not None:
-            predicted.estimate[:, 2] = s.held_sigma
-        elif s.mismatch is not None:
-            learnt, mismatch_memory = self._learn(before, predicted, tilted, velocity, dt)
-        sigma = predicted.estimate[:, 2]
-        share = 1.0 - np.exp(-np.array(s.low_pass_rad_s) * dt)
-        filtered = before.sigma_low_passed + share * (sigma - before.sigma_low_passed)
-        sensed = Sensed(
-            predicted,
-            filtered,
-            actuation,
-            modelled,
-            lag_memory,
-            mismatch_memory,
-            learnt,
-            tilted,
-            velocity,
-        )
-        return sensed, record
-
-    def _learn(
-        self,
-        before: Sensed,
-        predicted: PredictorMemory,
-        tilted: Array,
-        velocity: Array,
-        dt: float,
-    ) -> tuple[Mismatch, MismatchMemory]:
-        """What the identified plant gets wrong of the horizontal motion."""
-        s = self.settings
-        assert s.mismatch is not None
-        pushed = 0.5 * (before.tilted + tilted)
-        moved = 0.5 * (before.velocity + velocity)[:2]
-        left = (velocity - before.velocity)[:2] / dt - pushed + s.plant.linear_drag_1_s * moved
-        memory = mismatch.step(
-            s.mismatch, before.mismatch, left, moved, pushed, predicted.estimate[:2, 2], dt
-        )
-        density = max(_LEAST_DENSITY, *s.noise.acceleration_m_s2_sqrt_hz[:2])
-        learnt = mismatch.learnt(s.mismatch, memory, before.learnt, density, dt)
-        least = -s.plant.linear_drag_1_s
-        return replace(learnt, drag_1_s=max(least, learnt.drag_1_s)), memory
 
     def _plan(
         self,
@@ -368,7 +238,7 @@ class PlusStack:
     ) -> tuple[Array, Array, Vector3, Any, float]:
         """What the limits leave of u (3,), the tilt's tangent, its direction, and the thrust."""
         s = self.settings
-        force = max(_LEAST_VERTICAL_M_S2, GRAVITY_M_S2 + float(x[2, 2])) * s.plant.tilt_gain
+        force = max(LEAST_VERTICAL_M_S2, GRAVITY_M_S2 + float(x[2, 2])) * s.plant.tilt_gain
         applied = u.copy()
         asked = sensed.learnt.asks(applied[:2])
         tangent = asked / force
