@@ -70,6 +70,16 @@ def test_climb_of_a_noiseless_flight_is_found():
     assert near(climb.gain, 1.0, 0.005)
 
 
+def test_a_climb_that_drowns_in_the_wander_is_taken_for_a_usual_one():
+    slow = dataclasses.replace(TRUTH, climb_dead_time_s=0.3)
+    drowned = dataclasses.replace(GNSS, walk_m_s2_sqrt_hz=0.4)
+    seen = fit_climb(record(slow, MOCAP, 1, CLIMB_RATE)).response.dead_time_s
+    hidden = fit_climb(record(slow, drowned, 1, CLIMB_RATE)).response.dead_time_s
+    assert near(seen, 0.3, 0.02)
+    assert near(hidden, 0.08, 0.06)
+    assert hidden.half_width_95 > 5.0 * seen.half_width_95
+
+
 def test_push_drag_and_trim_of_a_noiseless_flight_are_found(exact):
     push = fit_push(exact)
     assert near(push.tilt_gain, TRUTH.tilt_gain, 0.003)
