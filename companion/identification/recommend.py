@@ -127,6 +127,7 @@ def recommend(
             ),
             HORIZONTAL,
             longest,
+            math.sin(math.radians(vehicle.tilt_limit_deg)),
         ),
         Space(
             k=(_K_TIMES_LAG[0] / attitude_lag_s, _K_TIMES_LAG[1] / attitude_lag_s),
@@ -145,7 +146,12 @@ def recommend(
         stated = dynamics.model_copy(update={"climb": climb})
         loop = ThrustLoop(thrust.proportional, thrust.maximum_acceleration_m_s2)
         return _searched(
-            Scorer(LoopBuilder(family, rates, _vertical_noise(noise, thrust)), VERTICAL, longest),
+            Scorer(
+                LoopBuilder(family, rates, _vertical_noise(noise, thrust)),
+                VERTICAL,
+                longest,
+                min(vehicle.climb_limit_m_s, vehicle.descent_limit_m_s),
+            ),
             Space(
                 k=(_K_TIMES_LAG[0] / climb_lag_s, _K_TIMES_LAG[1] / climb_lag_s),
                 damping=(0.5, 1.6),

@@ -77,6 +77,7 @@ class Loops:
     preview: Array
     """(candidates, longest horizon + 2): the weights of y* from now on in that reference."""
     position_at: int
+    command_at: int
     sigma_at: int
     reference_at: int
 
@@ -174,7 +175,8 @@ class LoopBuilder:
             gust = sample @ gust + pushed
         return Loops(
             period, reference[..., 0], gust[..., 0], noise, preview,
-            self.position_at, self.plant_states + self.sent + 1, n - self.references,
+            self.position_at, self.plant_states, self.plant_states + self.sent + 1,
+            n - self.references,
         )  # fmt: skip
 
     def _plan(self, candidates: Candidates) -> tuple[Array, Array]:

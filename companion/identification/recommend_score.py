@@ -28,6 +28,7 @@ _MURMUR = 3.0
 _LARGEST_RADIUS = 0.998
 """Per period: slower decay than that is as good as none."""
 _FLOWN_AWAY_MM = 2000.0
+_NOISE_SIGMAS = 2.0
 _CALM = 1e-3
 _FIRST = np.array([0])
 _GUSTS_EVERY_S, _GUST_LASTS_S = 3.0, 0.4
@@ -75,8 +76,18 @@ class Scores:
 class Scorer:
     """Scores candidates of one axis."""
 
-    def __init__(self, builder: LoopBuilder, paths: Paths, longest_horizon: int) -> None:
-        """Lay the trajectories out at the times of the plans."""
+    def __init__(
+        self, builder: LoopBuilder, paths: Paths, longest_horizon: int, command_limit: float
+    ) -> None:
+        """Lay the trajectories out at the times of the plans.
+
+        Args:
+            builder: of the family's loops.
+            paths: to be tracked.
+            longest_horizon: N_h of any candidate.
+            command_limit: of |u|.
+        """
+        self._command_limit = command_limit
         self._builder, self._paths = builder, paths
         rates = builder.rates
         self._steps = round((HOVER_S + SCORED_S) / rates.period_s)
@@ -116,19 +127,20 @@ class Scorer:
         found = radii(loops)
         stable = found < _LARGEST_RADIUS
         weights = np.array([member.weight for member in family])
-        errors = np.full(found.shape, np.inf)
+        errors, costs = np.full(found.shape, np.inf), np.full(found.shape, np.inf)
         # A candidate that is unstable anywhere is out: what it does elsewhere is of no use.
         good = np.flatnonzero(stable.all(axis=0))
+        total = _FLOWN_AWAY_MM * (
+            1.0 + 100.0 * np.maximum(found.max(axis=0) - _LARGEST_RADIUS, 0.0)
+        )
         if len(good):
-            scored = np.flatnonzero(weights > 0.0)
-            errors[np.ix_(scored, good)] = self._errors(loops.part(scored, good), scored)
-        worst = found.max(axis=0)
-        total = _FLOWN_AWAY_MM * (1.0 + 100.0 * np.maximum(worst - _LARGEST_RADIUS, 0.0))
-        if len(good):
-            kept = weights > 0.0
-            mean = (weights[kept, None] * errors[kept][:, good]).sum(axis=0) / weights.sum()
+            kept = np.flatnonzero(weights > 0.0)
+            scored = np.ix_(kept, good)
+            errors[scored], noisy = self._errors(loops.part(kept, good), kept)
+            costs[scored] = errors[scored] * noisy
+            mean = (weights[kept, None] * costs[scored]).sum(axis=0) / weights.sum()
             bounded = np.array([member.bounded for member in family])
-            over = errors[bounded][:, good] - TIMES_NOMINAL * errors[0, good]
+            over = costs[bounded][:, good] - TIMES_NOMINAL * costs[0, good]
             total[good] = mean + _MURMUR * np.maximum(over, 0.0).sum(axis=0)
         return Scores(total, errors, found)
 
@@ -148,16 +160,20 @@ class Scorer:
         variance = difference @ covariance(loops)[0, 0, kept, kept] @ difference
         return (planned + sigmas * float(np.sqrt(variance))) / self.period_s**2
 
-    def _errors(self, loops: Loops, members: Indices) -> Array:
+    def _errors(self, loops: Loops, members: Indices) -> tuple[Array, Array]:
+        """(members, candidates) tracking errors in mm, and what noise in u multiplies them by."""
         positions, _ = responses(loops, self._ahead, self._gust[members], self._steps)
         off = self._now[self._first :, None, None, :] - positions[self._first :]
-        at = loops.position_at
-        variance = covariance(loops)[:, :, at, at]
+        scatter = covariance(loops)
+        variance = scatter[:, :, loops.position_at, loops.position_at]
         total = np.zeros(variance.shape)
         for group in self._paths.groups:
             squared = (off[..., group] ** 2).sum(axis=-1) + len(group) * variance
             total += np.sqrt(squared).mean(axis=0)
-        return 1e3 * total / len(self._paths.groups)
+        # A command that noise drives to its limit leaves nothing for the trajectory, which the
+        # linear model does not know.
+        noisy = scatter[:, :, loops.command_at, loops.command_at] / self._command_limit**2
+        return 1e3 * total / len(self._paths.groups), 1.0 + _NOISE_SIGMAS**2 * noisy
 
 
 def _desired(paths: Paths, times_s: Array) -> Array:

@@ -38,6 +38,7 @@ def scorer(dynamics):
         LoopBuilder(horizontal_family(dynamics), rates, AxisNoise(1e-3, 1.5e-2, 0.01)),
         HORIZONTAL,
         60,
+        0.57,
     )
 
 
@@ -108,7 +109,7 @@ def test_a_wandering_estimate_asks_for_other_gains_than_a_good_one():
     rates = Rates(0.01, 3, dynamics.loop_delay_s, Weights(17.0, 0.08, 0.02))
     errors = []
     for noise in (AxisNoise(1e-3, 1e-2, 0.01), AxisNoise(1e-3, 1e-2, 0.4)):
-        one = Scorer(LoopBuilder(horizontal_family(dynamics), rates, noise), HORIZONTAL, 60)
+        one = Scorer(LoopBuilder(horizontal_family(dynamics), rates, noise), HORIZONTAL, 60, 0.64)
         errors.append(one.scores(candidates((0.482, 0.213, 0.539, 315, 56))).errors_mm[0, 0])
     assert errors[1] > 2.0 * errors[0]
 
