@@ -28,8 +28,9 @@ from companion.identification.signals import (
 _LEAST_SWING_RAD = math.radians(3.0)
 _LARGEST_MISFIT = 0.35
 """Root mean square of what is left over that of the response."""
-_QUIET = ("hover", "hold", "thrust", "climb")
-"""Parts in which roll and pitch are commanded little."""
+_QUIET = ("hover", "thrust", "climb")
+"""Parts in which roll and pitch are commanded little, and in which they have come to rest: the
+pauses after the steps still have what a second order leaves of them."""
 _THINNED = 600
 """Samples of quiet flight, at most, from which the scatter is taken."""
 _PARAMETERS = Parameters(
