@@ -98,7 +98,7 @@ def recommend(
             and not of the companion's thrust loop.
         shaped_commands: whether the autopilot shapes the commanded attitude, as ArduCopter does.
         state_rate_hz: of the state's samples.
-        generations: of the search over x and y; z has half of them.
+        generations: of each search.
 
     Raises:
         ValueError: the vehicle states no dynamics.
@@ -159,7 +159,7 @@ def recommend(
                 gamma=(100.0, 2000.0),
                 horizon_s=None,
                 horizon=horizontal.horizon,
-                generations=max(1, generations // 2),
+                generations=generations,
             ),
             lambda m, omega: vertical_bounds(vehicle, stated, Air(), loop, m, omega, 0.0).sigma,
         )
