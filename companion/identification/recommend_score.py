@@ -7,16 +7,15 @@ from numpy.typing import NDArray
 
 from companion.control.reference_model import Array
 from companion.control.transfer_function import first_order
-from companion.identification.recommend_loop import (
-    Candidates,
+from companion.identification.recommend_loop import Candidates, LoopBuilder
+from companion.identification.recommend_plants import Member
+from companion.identification.recommend_run import (
     Indices,
-    LoopBuilder,
     Loops,
     covariance,
     radii,
     responses,
 )
-from companion.identification.recommend_plants import Member
 from companion.theory.adaptation_rate import well_sampled_limit
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 

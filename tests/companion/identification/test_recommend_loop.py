@@ -8,16 +8,9 @@ import pytest
 from companion.config.resolve import load_flight
 from companion.control.qp.condensed import Weights
 from companion.experiments.certified import certificate_subject
-from companion.identification.recommend_loop import (
-    AxisNoise,
-    Candidates,
-    LoopBuilder,
-    Rates,
-    covariance,
-    radii,
-    responses,
-)
+from companion.identification.recommend_loop import AxisNoise, Candidates, LoopBuilder, Rates
 from companion.identification.recommend_plants import horizontal_family, vertical_family
+from companion.identification.recommend_run import covariance, radii, responses
 from companion.theory.certificate import inner_loop, whole_loop
 from companion.theory.sampled_data import period_map
 from companion.theory.sampled_noise import noise_gains
