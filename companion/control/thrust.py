@@ -151,6 +151,8 @@ def _force(
     wanted = (
         hover_force * (1.0 + acceleration_m_s2 / GRAVITY_M_S2) / max(_LEAST_COSINE, tilt_cosine)
     )
+    if not math.isfinite(wanted):
+        raise ValueError(f"the thrust that is wanted is not finite: {wanted}")
     low = force_from_thrust(gains.minimum_thrust, gains.thrust_curve)
     high = force_from_thrust(gains.maximum_thrust, gains.thrust_curve)
     force = max(low, min(high, wanted))

@@ -36,6 +36,9 @@ _UNKNOWN_NOISE = NoiseConfig(
     tilt_rad=2e-3,
 )
 """Of a vehicle whose file states none: a careful guess."""
+_LEAST_DENSITY = 0.01
+"""m/s² per √Hz."""
+Triple = tuple[float, float, float]
 _REMEDY = "`companion identify` finds it and writes it."
 
 
@@ -95,7 +98,7 @@ def make_plus_stack(
         noise=PredictorNoise(
             noise.position_m,
             noise.velocity_m_s,
-            noise.acceleration_m_s2_sqrt_hz,
+            _at_least(noise.acceleration_m_s2_sqrt_hz),
             plus.sigma_walk,
         ),
         low_pass_rad_s=plus.low_pass_rad_s,
@@ -132,6 +135,12 @@ def make_plus_stack(
         limits=Limits(tilt_limit, climb, descent),
         attitude_loop=attitude_loop,
     )
+
+
+def _at_least(densities: Triple) -> Triple:
+    """Densities of unexplained acceleration; calmer than a certain one is no air."""
+    x, y, z = (max(_LEAST_DENSITY, density) for density in densities)
+    return x, y, z
 
 
 def nominal_plant(

@@ -63,7 +63,7 @@ class PlusLaw:
 
 
 def law_of(stack: PlusStack, loop_delay_s: float, sample_s: float) -> PlusLaw:
-    """Apply the stack to basis vectors.
+    """Apply the stack to basis vectors, about rest: quadratic drag has no part there.
 
     Args:
         stack: of the law.
@@ -73,7 +73,7 @@ def law_of(stack: PlusStack, loop_delay_s: float, sample_s: float) -> PlusLaw:
     Raises:
         ValueError: the predictor's covariance does not settle.
     """
-    settings = replace(stack.settings, lag=None, mismatch=None)
+    settings = replace(stack.settings, lag=None, mismatch=None, quadratic_drag_1_m=0.0)
     stack = replace(stack, settings=settings)
     covariance, deviation = _settled(stack, sample_s)
     delays = [loop_delay_s + axis.delay_s for axis in settings.plant.axes]

@@ -131,7 +131,9 @@ class Planner:
             anchor_m: what the geofence lies about.
 
         Returns:
-            w' by axis until the next look, NaN where the feedback decides; and the record.
+            w' by axis until the next look, NaN where the feedback decides; and the record.  Its
+            status is `clipped_closed_form` when an axis could not be solved: there the feedback
+            decides, and the limits after it clip.
         """
         states, inputs = self.flat(plant, preview_m, sigma)
         nearest = min(range(len(_PLANNED_SCALES)), key=lambda k: abs(_PLANNED_SCALES[k] - scale))

@@ -1,5 +1,6 @@
 """What MPC-L1+ makes of a sample of the state: σ̂, and what the identification got wrong."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,6 +103,11 @@ def sense(
     drag = s.plant.linear_drag_1_s + learnt.drag_1_s
     drags = [drag if axis.interface == "acceleration" else 0.0 for axis in s.plant.axes]
     known = 0.5 * (before.actuation[:, 0] + actuation[:, 0])
+    # The linear part is in the predictor's model; the quadratic one is as known as the tilt.
+    speed = math.sqrt(float(velocity @ velocity))
+    for i, axis in enumerate(s.plant.axes):
+        if axis.interface == "acceleration":
+            known[i] -= s.quadratic_drag_1_m * speed * velocity[i]
     bound = np.array(s.sigma_bound_m_s2)
     predicted, record = predictor.step(
         s.noise, before.predictor, np.array(drags), bound, known, position, velocity, dt
@@ -140,7 +146,9 @@ def _learn(
     assert s.mismatch is not None
     pushed = 0.5 * (before.tilted + tilted)
     moved = 0.5 * (before.velocity + velocity)[:2]
-    left = (velocity - before.velocity)[:2] / dt - pushed + s.plant.linear_drag_1_s * moved
+    speed = math.sqrt(float(velocity @ velocity))
+    drag = s.plant.linear_drag_1_s + s.quadratic_drag_1_m * speed
+    left = (velocity - before.velocity)[:2] / dt - pushed + drag * moved
     memory = mismatch.step(
         s.mismatch, before.mismatch, left, moved, pushed, predicted.estimate[:2, 2], dt
     )

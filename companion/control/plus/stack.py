@@ -203,7 +203,7 @@ class PlusStack:
         x = np.empty((3, 4))
         x[:, :2], x[:, 2:] = sensed.predictor.estimate[:, :2], sensed.actuation
         sigma = sensed.sigma_low_passed
-        x = carry(coarse, x, sigma, now_s, acts_s, memory.acting)
+        x = carry(coarse, x, self._pushes(sensed), now_s, acts_s, memory.acting)
 
         looks = now_s >= memory.planner.due_s - 1e-6
         preview = planner.preview_times_s() if looks else planner.present_times_s()
@@ -226,6 +226,14 @@ class PlusStack:
         rate = np.where(np.isnan(decided), rate, decided)
         u = inputs[0] + deviation + min(dt, _LONGEST_STEP_S) * rate
         return u, inputs[0], x, desired[-1], planned, outer
+
+    def _pushes(self, sensed: Sensed) -> Array:
+        """Acceleration (3,) over the delay beside that of tilt, thrust and identified drag."""
+        s, velocity = self.settings, sensed.velocity
+        drag = s.quadratic_drag_1_m * math.sqrt(float(velocity @ velocity)) + sensed.learnt.drag_1_s
+        drags = [drag if axis.interface == "acceleration" else 0.0 for axis in s.plant.axes]
+        pushes: Array = sensed.sigma_low_passed - np.array(drags) * velocity
+        return pushes
 
     def _limit(
         self,

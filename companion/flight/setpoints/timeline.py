@@ -62,10 +62,10 @@ class Timeline:
     """End of the last segment, since `start_s`."""
 
     def position(self, autopilot_times_s: Array) -> Array:
-        """Desired positions (samples, 3), ENU m, at times of the autopilot's clock, rising."""
+        """Desired positions (samples, 3), ENU m, at times of the autopilot's clock."""
         times = autopilot_times_s - self.start_s
-        first = self._index(float(times[0]))
-        last = self._index(float(times[-1]))
+        first = self._index(float(times.min()))
+        last = self._index(float(times.max()))
         if first == last:
             return self.segments[first].position(times - self.begins_s[first])
         which = np.clip(np.searchsorted(self.begins_s, times, side="right") - 1, 0, None)

@@ -93,3 +93,22 @@ def test_without_a_hover_nothing_breaks():
     _, position = samples(timeline)
     assert np.isfinite(position).all()
     assert np.abs(np.diff(position, axis=0)).max() < 0.01
+
+
+def test_times_may_come_in_any_order_across_every_boundary() -> None:
+    """A controller asks for a preview and for the present at once."""
+    timeline = plan_timeline(
+        TEST_TRAJECTORIES[4],
+        start_s=100.0,
+        from_m=np.array([1.0, -0.5, 2.0]),
+        home_m=np.zeros(3),
+        hover_s=1.0,
+        speed_m_s=0.6,
+    )
+    shuffle = np.random.default_rng(0)
+    for begin in timeline.begins_s:
+        times = timeline.start_s + begin + np.linspace(-0.5, 0.5, 41)
+        order = shuffle.permutation(len(times))
+        np.testing.assert_array_equal(
+            timeline.position(times[order]), timeline.position(times)[order]
+        )

@@ -91,7 +91,8 @@ def flown(subject, law, axis, plant, samples, *, kick_m=0.0, disturbance_m_s2=0.
         disturbance_m_s2: throughout.
         noise: (samples, 4) of the measurements.
     """
-    settings = replace(subject.stack.settings, lag=None, mismatch=None)
+    # Quadratic drag is no part of a linear loop about rest.
+    settings = replace(subject.stack.settings, lag=None, mismatch=None, quadratic_drag_1_m=0.0)
     stack = replace(subject.stack, settings=settings)
     force = GRAVITY_M_S2 * settings.plant.tilt_gain
     memory = stack.start(_state(10.0 - SAMPLE_S, axis, np.zeros(4), force))
