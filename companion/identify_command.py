@@ -41,6 +41,7 @@ from companion.identification.estimates import UnidentifiedError
 from companion.identification.excitation_stack import HOLD
 from companion.identification.identify import identify
 from companion.identification.recording import Recording
+from companion.identification.vehicle_file import check_name
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
 from companion.mocap.sources import MocapError
@@ -95,6 +96,7 @@ def run_identify(request: IdentifyRequest) -> Verdict:
             settings_of(request.settings),
             name=request.name,
         )
+        check_name(config.vehicle.name)
         plan = plan_identification(config, box_m=request.box_m, height_m=request.height_m)
         shim = shim_options(plan.config, lockstep=request.lockstep)
         key = key_to_sign_with(config.mission, request.signing_key_file)
@@ -158,6 +160,8 @@ def _from_log(request: IdentifyRequest, folder: Path, console: Console) -> Verdi
 def _conclude(request: IdentifyRequest, log: Path, out: Path, console: Console) -> Verdict:
     """From a log to the files."""
     try:
+        if request.name is not None:
+            check_name(request.name)
         base = _base(request)
         kept = read_identification(log)
     except ConfigError as error:

@@ -2,10 +2,13 @@
 
 import textwrap
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import yaml
+
+from companion.recording.whole_file import write_whole
+
+__all__ = ["controller_yaml", "write_whole"]
 
 _WIDTH = 98
 
@@ -31,22 +34,6 @@ def controller_yaml(remark: str, data: Mapping[str, Any]) -> str:
         else:
             lines.append(f"{key}: {_flow(value)}")
     return "\n".join(lines) + "\n"
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file so that whoever looks sees the old one or the new one.
-
-    Raises:
-        OSError: it can't be written.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f".{path.name}.unfinished")
-    try:
-        unfinished.write_text(text, encoding="utf-8")
-        unfinished.replace(path)
-    except OSError:
-        unfinished.unlink(missing_ok=True)
-        raise
 
 
 def _folded(text: str) -> list[str]:

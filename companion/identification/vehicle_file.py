@@ -1,12 +1,16 @@
 """Writes an identified vehicle as a person would: each figure with its interval beside it."""
 
+import json
 import math
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
 from companion.config.models import DynamicsConfig, NoiseConfig, ResponseConfig, VehicleConfig
+from companion.config.validation import validate
+from companion.config.yaml_source import ConfigError, parse_yaml
 from companion.identification.estimates import Estimate, Identified, Response
+from companion.recording.whole_file import write_whole
 
 _WIDTH = 98
 _LIMITS = (
@@ -22,6 +26,21 @@ _LIMITS = (
 _DIGITS = 4
 _LEAST = 1e-6
 """A drag or a dead time that was found to be negative is none; a rate is more than that."""
+
+
+def check_name(name: str) -> None:
+    """See that files can call a vehicle so.
+
+    Raises:
+        ConfigError: empty, or not one line of printable characters.
+    """
+    if not name.strip():
+        raise ConfigError("a vehicle needs a name that is not empty: give one with --name.")
+    if not name.isprintable():
+        raise ConfigError(
+            f"{name!r} can't be a vehicle's name: give one line of printable characters with "
+            "--name."
+        )
 
 
 def identified_vehicle(identified: Identified, base: VehicleConfig, source: str) -> VehicleConfig:
@@ -60,10 +79,13 @@ def write_vehicle(
     """Write the file of an identified vehicle; arguments as for `identified_vehicle`.
 
     Raises:
+        ConfigError: the file could not be read back.
         OSError: it can't be written.
     """
     vehicle = identified_vehicle(identified, base, source)
-    path.write_text(vehicle_yaml(identified, vehicle), encoding="utf-8")
+    text = vehicle_yaml(identified, vehicle)
+    validate(VehicleConfig, parse_yaml(text, path.name))
+    write_whole(path, text)
     return vehicle
 
 
@@ -80,7 +102,7 @@ def vehicle_yaml(identified: Identified, vehicle: VehicleConfig) -> str:
     hover = identified.hover_thrust
     lines = [
         "# Written by `companion identify`.  Intervals (±) hold 95 of 100 flights.",
-        f"name: {vehicle.name}",
+        f"name: {json.dumps(vehicle.name, ensure_ascii=False)}",
         "source: >-",
         *_folded(vehicle.source),
         *_commented(

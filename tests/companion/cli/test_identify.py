@@ -39,6 +39,9 @@ def run(*arguments):
         (("--log", "there", "--connect", "udpin://127.0.0.1:1"), "--log reads a flight"),
         (("--log", "there", "--vehicle", "nope"), "unknown vehicle 'nope'"),
         (("--set", "nonsense=1"), "nonsense"),
+        (("--lockstep", "--name", ""), "a vehicle needs a name"),
+        (("--lockstep", "--name", "two\nlines"), "one line of printable characters"),
+        (("--log", "there", "--name", "two\nlines"), "one line of printable characters"),
     ],
 )
 def test_what_cannot_be_done_is_refused_before_anything_starts(here, arguments, said):

@@ -8,14 +8,19 @@ import pytest
 from companion.config.models import ControllerConfig, VehicleConfig
 from companion.config.resolve import find_config, load_flight
 from companion.config.validation import validate
-from companion.config.yaml_source import read_yaml
+from companion.config.yaml_source import ConfigError, read_yaml
 from companion.identification import files
 from companion.identification.estimates import Estimate
 from companion.identification.figure import draw_identification
 from companion.identification.recommend import recommend
 from companion.identification.recommend_search import NothingHoldsError
 from companion.identification.record import identification_record
-from companion.identification.vehicle_file import identified_vehicle, vehicle_yaml, write_vehicle
+from companion.identification.vehicle_file import (
+    check_name,
+    identified_vehicle,
+    vehicle_yaml,
+    write_vehicle,
+)
 from tests.companion.identification.identified_for_tests import identified, response
 
 LONG = "companion identify, in a hall with a great many words about its light and air; " * 3
@@ -39,6 +44,23 @@ def test_a_vehicle_s_file_is_read_back_as_it_was_written(tmp_path, base):
     assert read.model_dump() == written.model_dump()
     assert read.name == "bebop2"
     assert max(len(line) for line in path.read_text(encoding="utf-8").splitlines()) <= 110
+
+
+@pytest.mark.parametrize(
+    "name", ["my: quad #2", "1.5", "null", "- x", '"q', "it's", "[a", "Größe 😀", "%x", "a\\b"]
+)
+def test_any_name_is_read_back_as_it_was_given(tmp_path, base, name):
+    check_name(name)
+    path = tmp_path / "vehicle.yaml"
+    named = base.model_copy(update={"name": name})
+    write_vehicle(identified(), named, path, f"the dynamics of {name}")
+    assert validate(VehicleConfig, read_yaml(path)).name == name
+
+
+@pytest.mark.parametrize("name", ["", "  ", "two\nlines", "a\rb", "bell\a", "\ud83d"])
+def test_a_name_that_no_file_can_bear_is_refused(name):
+    with pytest.raises(ConfigError, match="name"):
+        check_name(name)
 
 
 def test_the_vehicle_s_own_delay_is_what_the_loop_s_leaves(base):

@@ -1,0 +1,33 @@
+"""Writing a file so that nobody ever finds half of it."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file so that whoever looks sees the old one or the new one.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    made_whole(path, lambda unfinished: unfinished.write_text(text, encoding="utf-8"))
+
+
+def made_whole(path: Path, make: Callable[[Path], object]) -> None:
+    """Make a file so that whoever looks sees the old one or the new one.
+
+    Args:
+        path: of the file; its folder is made.
+        make: writes it to the path that it is given, which ends as `path` does.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f".unfinished.{path.name}")
+    try:
+        make(unfinished)
+        unfinished.replace(path)
+    except BaseException:
+        unfinished.unlink(missing_ok=True)
+        raise
