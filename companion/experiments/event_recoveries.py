@@ -12,7 +12,7 @@ from companion.experiments.flight_table import FlightTable
 from companion.experiments.flight_task import FlightTask
 from companion.report.compare_results import NOMINAL
 from companion.report.flight_data import Array
-from companion.report.recovery import recovery
+from companion.report.recovery import GOOD, recovery
 from companion.report.recovery_cell import RecoveryCell, recovery_cell
 from companion.report.recovery_figure import RecoveryCurve, draw_recoveries
 
@@ -94,7 +94,9 @@ def table_curve(table: FlightTable, label: str, against: str) -> RecoveryCurve |
         ],
         axis=1,
     ).astype(float)[use]
-    figures = recovery(times[use], error, table.event_s)
+    figures = recovery(
+        times[use], error, table.event_s, end_s=table.scored_s, lost=table.outcome not in GOOD
+    )
     if figures is None:
         return None
     since: Array = times[use] - table.event_s

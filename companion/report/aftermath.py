@@ -9,7 +9,7 @@ from companion.config.resolve import FlightConfig
 from companion.flight.conduct import Outcome
 from companion.report.flight_data import FlightData, read_flight
 from companion.report.metrics import tracking_figures
-from companion.report.recovery import event_object
+from companion.report.recovery import GOOD, event_object
 from companion.report.result import result_object, write_result
 
 
@@ -38,8 +38,9 @@ def score_and_draw(
         try:
             data = read_flight(folder)
             figures = tracking_figures(data, outcome.scored_s)
-            happened = event_object(data, outcome.scored_s)
-            _draw(config, data, outcome.scored_s, folder)
+            lost = outcome.outcome not in GOOD
+            happened = event_object(data, outcome.scored_s, lost=lost)
+            _draw(config, data, outcome.scored_s, folder, lost=lost)
         except (OSError, ValueError, McapError) as error:
             trouble = error
     result = result_object(
@@ -53,7 +54,12 @@ def score_and_draw(
 
 
 def _draw(
-    config: FlightConfig, data: FlightData, scored_s: tuple[float, float], folder: Path
+    config: FlightConfig,
+    data: FlightData,
+    scored_s: tuple[float, float],
+    folder: Path,
+    *,
+    lost: bool,
 ) -> None:
     from companion.report.figure import draw_flight
     from companion.report.recovery_figure import draw_recoveries, flight_curve
@@ -63,7 +69,7 @@ def _draw(
     if mission.connect is None:
         title += f", wind {mission.wind}, seed {mission.seed}"
     draw_flight(data, scored_s, title, folder / "track.png", config.vehicle.tilt_limit_deg)
-    found = flight_curve(data, scored_s, mission.controller)
+    found = flight_curve(data, scored_s, mission.controller, lost=lost)
     if found is not None:
         event, curve = found
         draw_recoveries([curve], f"{event}: {title}", folder / "recovery.png")

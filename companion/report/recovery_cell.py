@@ -29,7 +29,7 @@ class RecoveryCell:
     longest_recovery_s: float
     """Of all flights; infinite if one is not back."""
     not_back: int
-    """Flights that are not back before the end, or have no figures."""
+    """Flights that are not back before the end, failed, or have no figures."""
 
 
 def recovery_cell(

@@ -37,13 +37,13 @@ class RecoveryCurve:
 
 
 def flight_curve(
-    data: FlightData, scored_s: tuple[float, float], label: str
+    data: FlightData, scored_s: tuple[float, float], label: str, *, lost: bool = False
 ) -> tuple[str, RecoveryCurve] | None:
     """A flight's curve, and its event in words; None for a flight without one.
 
     Against the truth where there is one, as events are told by a simulation alone.
     """
-    found = flight_recovery(data, scored_s)
+    found = flight_recovery(data, scored_s, lost=lost)
     if found is None:
         return None
     event, figures = found

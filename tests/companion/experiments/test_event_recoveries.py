@@ -85,6 +85,20 @@ def test_a_flight_that_was_lost_before_the_event_is_not_back(tmp_path):
     assert flights.cell.longest_recovery_s == math.inf
 
 
+def test_a_flight_that_was_lost_after_the_event_is_not_back(tmp_path):
+    fallen = replace(table(task(2), off_s=1.0), outcome="aborted", note="fell")
+    blind = table(task(3), off_s=1.0)
+    for axis in "xyz":
+        truth = blind.columns[f"true_position_{axis}_m"].copy()
+        truth[blind.columns["time_s"] > EVENT_S + 4.0] = math.nan
+        blind.columns[f"true_position_{axis}_m"] = truth
+    planned = {("a", "payload-drop", "nominal"): [task(1), task(2), task(3)]}
+    flown = [table(task(1), off_s=1.0), fallen, blind]
+    (flights,) = event_flights(planned, kept(tmp_path, flown), tmp_path, "truth")
+    assert (flights.cell.flown, flights.cell.not_back) == (3, 2)
+    assert [curve.recovery.recovery_s for curve in flights.curves[1:]] == [math.inf, math.inf]
+
+
 def test_there_is_a_picture_for_each_wind_with_an_event_and_none_for_perturbed_flights(tmp_path):
     winds = ("payload-drop", "gust-front")
     planned = {(label, wind, "nominal"): [task(1, label, wind)] for label in "ab" for wind in winds}

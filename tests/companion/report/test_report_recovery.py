@@ -94,6 +94,39 @@ def test_a_hard_turn_long_after_it_is_no_part_of_it():
     assert found.recovery_s == pytest.approx(1.0, abs=0.011)
 
 
+@pytest.mark.parametrize("begins_s", [3.1, 4.0, 6.9])
+@pytest.mark.parametrize("early_m", [0.0, 0.2])
+def test_a_vehicle_that_diverges_late_and_never_returns_is_not_back(begins_s, early_m):
+    late = np.where(EVENT_S + begins_s < TIMES, TIMES - EVENT_S - begins_s + 0.1, 0.0)
+    found = recovery(TIMES, errors(east=pulse(0.05, early_m) + late), EVENT_S)
+    assert found.recovery_s == math.inf
+    assert found.peak_horizontal_m > 3.0
+
+
+def test_an_oscillation_that_grows_is_not_back_whenever_it_passes_through():
+    grown = np.where(EVENT_S + 4.0 < TIMES, np.sin(6.0 * TIMES) * (TIMES - EVENT_S), 0.0)
+    assert recovery(TIMES, errors(height=grown), EVENT_S).recovery_s == math.inf
+
+
+def test_a_record_that_ends_before_three_seconds_says_nothing():
+    use = EVENT_S + 0.9 * STAYS_S > TIMES
+    assert recovery(TIMES[use], errors()[use], EVENT_S).recovery_s == math.inf
+
+
+def test_a_record_that_ends_before_the_scored_part_says_nothing():
+    use = EVENT_S + 5.0 > TIMES
+    short = (TIMES[use], errors(east=pulse(1.0, 0.2))[use], EVENT_S)
+    assert recovery(*short).recovery_s == pytest.approx(1.0, abs=0.011)
+    assert recovery(*short, end_s=EVENT_S + 5.1).recovery_s == pytest.approx(1.0, abs=0.011)
+    assert recovery(*short, end_s=TIMES[-1]).recovery_s == math.inf
+
+
+def test_a_flight_that_failed_is_not_back():
+    found = recovery(TIMES, errors(east=pulse(1.0, 0.2)), EVENT_S, lost=True)
+    assert found.recovery_s == math.inf
+    assert found.peak_horizontal_m == pytest.approx(0.2)
+
+
 @pytest.mark.parametrize("event_s", [-1.0, 25.0])
 def test_there_are_no_figures_without_a_before_and_an_after(event_s):
     assert recovery(TIMES, errors(), event_s) is None
@@ -131,7 +164,8 @@ def test_events_have_words(name, value, text):
     assert event.text == text
 
 
-def test_a_flight_with_an_event_has_its_figures_and_a_picture(tmp_path):
+@pytest.mark.parametrize(("outcome", "back_s"), [("landed", 1.0), ("aborted", None)])
+def test_a_flight_with_an_event_has_its_figures_and_a_picture(tmp_path, outcome, back_s):
     log = FlightLog(tmp_path, CHANNELS)
     for step in range(1200):
         time_s = 0.01 * step
@@ -140,9 +174,9 @@ def test_a_flight_with_an_event_has_its_figures_and_a_picture(tmp_path):
         log.frame_in(time_s, odometry(time_s, (0.0, 0.0, -off_m)))
     log.frame_in(12.0, told(4.0, b"payload", 0.0))
     log.close()
-    landed = Outcome("landed", True, "", (1.0, 11.0), 1200, 0, 0, None, None, 0.0, 12.0)
+    flown = Outcome(outcome, True, "", (1.0, 11.0), 1200, 0, 0, None, None, 0.0, 12.0)
 
-    result, trouble = score_and_draw(load_flight(None, {}, {}), landed, tmp_path, 1.0)
+    result, trouble = score_and_draw(load_flight(None, {}, {}), flown, tmp_path, 1.0)
 
     assert trouble is None
     assert result["event"] == {
@@ -150,7 +184,7 @@ def test_a_flight_with_an_event_has_its_figures_and_a_picture(tmp_path):
         "at_s": 3.0,
         "peak_height_error_m": pytest.approx(0.2),
         "peak_horizontal_error_m": 0.0,
-        "recovery_s": pytest.approx(1.0, abs=0.02),
+        "recovery_s": back_s and pytest.approx(back_s, abs=0.02),
     }
     assert (tmp_path / "recovery.png").stat().st_size > 10_000
 
