@@ -149,7 +149,8 @@ class ExperimentFlight:
             raise FlightRefusedError(
                 f"The autopilot takes off to {takeoff_height_m:g} m (PX4: MIS_TAKEOFF_ALT), above "
                 f"the {top_m:g} m that this flight may reach. Identify at that height (--height "
-                f"{takeoff_height_m:g}), or let it take off lower."
+                f"{takeoff_height_m:g}; a stated geofence must reach above it), or let it take "
+                "off lower."
             )
         interval = message_interval(
             self.connection.target, int(MessageId.ATTITUDE_TARGET), _REPORT_INTERVAL_S

@@ -25,6 +25,8 @@ acceleration, climb rate, a way to and fro."""
 SMALLEST_BOX_M = 1.2
 """In less, no step lasts until the slowest vehicles have answered it."""
 LARGEST_BOX_M = 10.0
+HIGHEST_M = 20.0
+"""Of a hover point above the ground: no take-off of a mission goes higher."""
 LEAST_CLEARANCE_M = 0.5
 """Of the box above the ground."""
 
@@ -126,17 +128,22 @@ def box_about(half_width_m: float, height_m: float) -> Box:
         height_m: of the hover point above the ground.
 
     Raises:
-        ValueError: too small a box, or too low a hover; the text says what would do.
+        ValueError: too small or too large a box, too low or too high a hover, or one that is no
+            number; the text says what would do.
     """
     if not SMALLEST_BOX_M <= half_width_m <= LARGEST_BOX_M:
         raise ValueError(
             f"a box of ±{half_width_m:g} m is not flown in, only of {SMALLEST_BOX_M:g} to "
             f"{LARGEST_BOX_M:g} m"
         )
-    vertical = min(_TALLEST_M, height_m - LEAST_CLEARANCE_M)
-    if vertical < 0.5 * _TALLEST_M:
-        least = LEAST_CLEARANCE_M + 0.5 * _TALLEST_M
+    least = LEAST_CLEARANCE_M + 0.5 * _TALLEST_M
+    if height_m < least:
         raise ValueError(f"a hover of {height_m:g} m is too low: {least:g} m at least")
+    if not height_m <= HIGHEST_M:  # nor is NaN
+        raise ValueError(
+            f"a hover at {height_m:g} m is not flown, only at {least:g} to {HIGHEST_M:g} m"
+        )
+    vertical = min(_TALLEST_M, height_m - LEAST_CLEARANCE_M)
     return Box(half_width_m, vertical)
 
 
