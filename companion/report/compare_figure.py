@@ -6,6 +6,7 @@ long line is a perturbation that it bears badly; a cross at the right are lost f
 """
 
 import math
+from bisect import bisect
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,19 @@ _WORTH_TELLING = 1.2
 _RIGHT, _BETWEEN_PANELS = 0.985, 0.06
 _LABEL_PX = 100.0
 """Room for the text beside the rightmost point."""
-_NARROW_DECADE_PX = 110.0
+_NARROW_DECADES_PX = (65.0, 110.0)
+_TICK_STEPS = (
+    (1,),
+    (1, 3),
+    (1, 2, 5),
+    (1, 1.5, 2, 3, 5, 7),
+    (1, 1.2, 1.5, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8, 9),
+    tuple(0.1 * tenths for tenths in range(10, 100)),
+)
+"""Ticks of a decade; the wider it is drawn, the more, and as many as a scale needs to be read."""
+_FEWEST_TICKS = 3
+_TICK_LABEL_PX = 20.0
+"""Half of the widest."""
 
 Axes = Any
 """matplotlib's; it is imported only when something is drawn."""
@@ -85,10 +98,11 @@ def _cells(comparison: Comparison, controller: str, wind: str | None) -> list[Ce
 
 def _title(comparison: Comparison) -> str:
     seeds = len(comparison.seeds)
-    trajectories = ", ".join(comparison.trajectories)
+    trajectories = comparison.trajectories
     return (
-        f"{comparison.vehicle}, {comparison.autopilot}: mean tracking error, trajectories "
-        f"{trajectories}, {seeds} seed{'s' if seeds > 1 else ''}"
+        f"{comparison.vehicle}, {comparison.autopilot}: mean tracking error, "
+        f"{'trajectories' if len(trajectories) > 1 else 'trajectory'} {', '.join(trajectories)}, "
+        f"{seeds} seed{'s' if seeds > 1 else ''}"
     )
 
 
@@ -126,21 +140,26 @@ def _limits(comparison: Comparison, panel_px: float) -> tuple[float, float]:
 
 
 def _scale(axes: Axes, limits: tuple[float, float], panel_px: float) -> None:
-    """A logarithmic axis with ticks as far as there are points."""
+    """A logarithmic axis with ticks that can be read."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLocator
 
     axes.set_xscale("log")
     axes.set_xlim(*limits)
     decade_px = panel_px / math.log10(limits[1] / limits[0])
-    steps = (1, 2, 5) if decade_px > _NARROW_DECADE_PX else (1, 3)
-    ticks = [m * 10.0**e for e in range(-2, 6) for m in steps]
-    highest = limits[1] / 10.0 ** (0.7 * _LABEL_PX / decade_px)
-    within = [tick for tick in ticks if limits[0] <= tick <= highest]
+    highest = limits[1] / 10.0 ** (_TICK_LABEL_PX / decade_px)
+    for steps in _TICK_STEPS[bisect(_NARROW_DECADES_PX, decade_px) :]:
+        ticks = [m * 10.0**e for e in range(-2, 6) for m in steps]
+        within: list[float] = []
+        for tick in (tick for tick in ticks if limits[0] <= tick <= highest):
+            if not within or decade_px * math.log10(tick / within[-1]) > 2.0 * _TICK_LABEL_PX:
+                within.append(tick)
+        if len(within) >= _FEWEST_TICKS:
+            break
     axes.xaxis.set_major_locator(FixedLocator(within))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel("mm", fontsize=9)
+    axes.set_xlabel("mm, logarithmic", fontsize=9)
 
 
 def _prepare(

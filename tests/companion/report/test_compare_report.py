@@ -1,4 +1,5 @@
 import io
+import itertools
 import math
 import struct
 from dataclasses import replace
@@ -149,6 +150,38 @@ def test_a_figure_is_a_thousand_pixels_wide_and_nothing_is_cut_off(tmp_path, mad
         assert box.x0 >= 0, text.get_text()
         assert box.x1 <= width, text.get_text()
         assert box.y0 >= 0, text.get_text()
+
+
+@pytest.mark.parametrize(
+    "errors_mm", [(20.0, 30.0), (20.0, 20.5), (0.6, 70.0), (9.99, 10.01), (1.0, 4000.0)]
+)
+@pytest.mark.parametrize("winds", [1, 3])
+def test_a_scale_can_be_read_at_three_ticks_at_least(tmp_path, errors_mm, winds, monkeypatch):
+    from matplotlib.figure import Figure
+
+    figures = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, *_, **__: figures.append(self))
+    errors = {("mpc-l1", f"wind{k}"): errors_mm for k in range(winds)}
+    draw_comparison(comparison(errors, (NOMINAL, LAG)), tmp_path / "compare.png")
+    (figure,) = figures
+    figure.canvas.draw()
+    assert len(figure.axes) == winds
+    for axes in figure.axes:
+        assert axes.get_xlabel() == "mm, logarithmic"
+        low, high = axes.get_xlim()
+        ticks = axes.get_xticks()
+        assert sum(low <= tick <= high for tick in ticks) >= 3
+        assert ticks[-1] > errors_mm[-1]
+        boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
+        assert all(a.x1 < b.x0 for a, b in itertools.pairwise(boxes))
+
+
+def test_one_trajectory_is_told_as_one(tmp_path, texts):
+    draw_comparison(comparison(trajectories=("1",)), tmp_path / "one.png")
+    draw_comparison(comparison(), tmp_path / "two.png")
+    one, two = ([text.get_text() for text in drawn[:-1]] for drawn in texts)
+    assert "bebop2, px4: mean tracking error, trajectory 1, 2 seeds" in one
+    assert "bebop2, px4: mean tracking error, trajectories 4, 5, 2 seeds" in two
 
 
 def test_the_figure_says_the_errors_the_factors_and_what_was_lost(tmp_path, texts):
