@@ -327,12 +327,15 @@ def identify(
         ),
     ] = None,
     box: Annotated[
-        float,
-        typer.Option(help="It stays within this of the hover point, or lands.", metavar="M"),
-    ] = 2.5,
+        float | None,
+        typer.Option(
+            help="It stays within this of the hover point, or lands.  [default: 2.5]", metavar="M"
+        ),
+    ] = None,
     height: Annotated[
-        float, typer.Option(help="Of the hover point above the ground.", metavar="M")
-    ] = 2.5,
+        float | None,
+        typer.Option(help="Of the hover point above the ground.  [default: 2.5]", metavar="M"),
+    ] = None,
     name: Annotated[
         str | None, typer.Option(help="What the files call the vehicle.", metavar="NAME")
     ] = None,

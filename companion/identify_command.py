@@ -15,7 +15,13 @@ from rich.console import Console
 from companion.config.models import VehicleConfig
 from companion.config.resolve import FlightConfig, find_config
 from companion.config.validation import validate
-from companion.config.yaml_source import ConfigError, read_yaml, settings_of
+from companion.config.yaml_source import (
+    ConfigError,
+    Source,
+    read_yaml,
+    settings_of,
+    with_settings,
+)
 from companion.experiments.identification_files import conclude
 from companion.experiments.identification_flight import (
     BOX_M,
@@ -45,7 +51,7 @@ from companion.identification.vehicle_file import check_name
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
 from companion.mocap.sources import MocapError
-from companion.recording.flight_log import FlightLog, FlightLogError
+from companion.recording.flight_log import MCAP_NAME, FlightLog, FlightLogError
 from companion.report.identification_log import IdentificationLog, read_identification
 from companion.report.identification_table import print_identification
 from companion.report.result import result_object, write_result
@@ -53,6 +59,8 @@ from companion.report.terminal import TerminalObserver
 
 Verdict = Literal["identified", "uncertified", "unidentified", "refused", "aborted"]
 _WIDE = 1000
+_OF_VEHICLE = "vehicle."
+_OPTION_OF = {"link.system_id": "--system-id", "mocap.system": "--mocap"}
 
 
 class BadInputError(Exception):
@@ -71,8 +79,10 @@ class IdentifyRequest:
     """Read this flight's log in place of flying."""
     name: str | None = None
     """What the vehicle is called in the files."""
-    box_m: float = BOX_M
-    height_m: float = HEIGHT_M
+    box_m: float | None = None
+    """None: `BOX_M`."""
+    height_m: float | None = None
+    """None: `HEIGHT_M`."""
     lockstep: bool = False
     out: Path | None = None
     json_output: bool = False
@@ -96,8 +106,12 @@ def run_identify(request: IdentifyRequest) -> Verdict:
             settings_of(request.settings),
             name=request.name,
         )
-        check_name(config.vehicle.name)
-        plan = plan_identification(config, box_m=request.box_m, height_m=request.height_m)
+        check_name(config.vehicle.name if request.name is None else request.name)
+        plan = plan_identification(
+            config,
+            box_m=BOX_M if request.box_m is None else request.box_m,
+            height_m=HEIGHT_M if request.height_m is None else request.height_m,
+        )
         shim = shim_options(plan.config, lockstep=request.lockstep)
         key = key_to_sign_with(config.mission, request.signing_key_file)
         if shim is not None:
@@ -140,7 +154,7 @@ def run_identify(request: IdentifyRequest) -> Verdict:
             f"`companion identify --log {folder}` tries it with what there is."
         )
         return _end("aborted", note, request, folder, console)
-    return _conclude(request, folder, folder, console)
+    return _conclude(request, folder, folder, _flown(config), console)
 
 
 def _from_log(request: IdentifyRequest, folder: Path, console: Console) -> Verdict:
@@ -149,34 +163,61 @@ def _from_log(request: IdentifyRequest, folder: Path, console: Console) -> Verdi
     Raises:
         BadInputError: options that only a flight could heed.
     """
-    if request.lockstep or "connect" in request.overrides:
+    unheeded = _only_of_a_flight(request)
+    if unheeded:
         raise BadInputError(
             "--log reads a flight that was flown; nothing is connected or simulated. Leave "
-            "--connect and --lockstep out, or --log."
+            f"{', '.join(unheeded)} out, or --log."
         )
-    return _conclude(request, folder, request.out or folder, console)
-
-
-def _conclude(request: IdentifyRequest, log: Path, out: Path, console: Console) -> Verdict:
-    """From a log to the files."""
     try:
         if request.name is not None:
             check_name(request.name)
-        base = _base(request)
+        _named_vehicle(request)
+    except ConfigError as error:
+        raise BadInputError(str(error)) from error
+    if not (folder / MCAP_NAME).is_file():
+        raise BadInputError(
+            f"{folder}: there is no {MCAP_NAME} in it. Give the folder of a flight of "
+            "`companion identify`."
+        )
+    return _conclude(request, folder, request.out or folder, f"from the log {folder}", console)
+
+
+def _only_of_a_flight(request: IdentifyRequest) -> list[str]:
+    """The options given that only a flight could heed: all but the vehicle's and the files'."""
+    given = {
+        "--mission": request.mission_file is not None,
+        "--lockstep": request.lockstep,
+        "--box": request.box_m is not None,
+        "--height": request.height_m is not None,
+        "--signing-key-file": request.signing_key_file is not None,
+    }
+    found = [option for option, is_given in given.items() if is_given]
+    found += [f"--{key}" for key in request.overrides if key != "vehicle"]
+    keys = [pair.partition("=")[0].strip() for pair in request.settings]
+    found += [
+        _OPTION_OF.get(key, f"--set {key}") for key in keys if not key.startswith(_OF_VEHICLE)
+    ]
+    return found
+
+
+def _conclude(
+    request: IdentifyRequest, log: Path, out: Path, how: str, console: Console
+) -> Verdict:
+    """From a log to the files; `how` it was flown goes into the vehicle's."""
+    try:
         kept = read_identification(log)
+        vehicle = _vehicle(request, kept.vehicle)
     except ConfigError as error:
         raise BadInputError(str(error)) from error
     except UnidentifiedError as error:
         return _end("unidentified", str(error), request, log, console)
     console.print(_played(kept.recording))
-    vehicle = base or kept.vehicle
-    if request.name is not None:
-        vehicle = vehicle.model_copy(update={"name": request.name})
     try:
         out.mkdir(parents=True, exist_ok=True)
         console.print("fitting, and looking for gains that hold: about a minute")
         identified = identify(kept.recording, thrust_curve=vehicle.thrust_curve)
-        result = conclude(identified, kept.recording, vehicle, out, _source(request, kept))
+        result = conclude(identified, kept.recording, vehicle, out, _source(how, kept))
     except UnidentifiedError as error:
         return _end("unidentified", str(error), request, log, console)
     except OSError as error:
@@ -190,28 +231,55 @@ def _conclude(request: IdentifyRequest, log: Path, out: Path, console: Console) 
     return "identified" if result.certified else "uncertified"
 
 
-def _source(request: IdentifyRequest, kept: IdentificationLog) -> str:
+def _flown(config: FlightConfig) -> str:
+    """How a flight was flown."""
+    if config.mission.connect is not None:
+        return f"flown on {datetime.now(UTC).astimezone():%Y-%m-%d}"
+    return f"flown in the embedded shim, seed {config.mission.seed}"
+
+
+def _source(how: str, kept: IdentificationLog) -> str:
     """When and how, for the vehicle's file."""
-    words = [f"companion identify {version()}", f"under {kept.recording.autopilot}"]
-    if request.log is not None:
-        words.append(f"from the log {request.log}")
-    elif "connect" in request.overrides:
-        words.append(f"flown on {datetime.now(UTC).astimezone():%Y-%m-%d}")
-    else:
-        words.append(f"flown in the embedded shim, seed {request.overrides.get('seed', 0)}")
+    words = [f"companion identify {version()}", f"under {kept.recording.autopilot}", how]
     return f"{', '.join(words)}. The limits are those that were known before."
 
 
-def _base(request: IdentifyRequest) -> VehicleConfig | None:
-    """The vehicle that was named, whose limits the file takes over; None if none was.
+def _vehicle(request: IdentifyRequest, flown: VehicleConfig) -> VehicleConfig:
+    """The vehicle whose name and limits the file takes over: the one that was flown.
+
+    Where a log is read again, options may say it differently.
 
     Raises:
-        ConfigError: there is no such vehicle.
+        ConfigError: they say what no vehicle can be.
+    """
+    vehicle = flown
+    if request.log is not None:
+        source = _named_vehicle(request) or Source(
+            f"the vehicle in {request.log}", flown.model_dump(mode="json"), {}
+        )
+        vehicle = validate(VehicleConfig, _with_limits(request, source))
+    return vehicle if request.name is None else vehicle.model_copy(update={"name": request.name})
+
+
+def _named_vehicle(request: IdentifyRequest) -> Source | None:
+    """The file of the vehicle that was named; None if none was.
+
+    Raises:
+        ConfigError: there is no such vehicle, or not with what is set of it.
     """
     name = request.overrides.get("vehicle")
     if not isinstance(name, str):
         return None
-    return validate(VehicleConfig, read_yaml(find_config("vehicle", name)))
+    source = read_yaml(find_config("vehicle", name))
+    validate(VehicleConfig, _with_limits(request, source))
+    return source
+
+
+def _with_limits(request: IdentifyRequest, source: Source) -> Source:
+    """A vehicle with what `--set vehicle.…` says of it."""
+    said = settings_of(request.settings)
+    settings = {key.removeprefix(_OF_VEHICLE): value for key, value in said.items()}
+    return with_settings(source, settings, _OF_VEHICLE)
 
 
 def _fly(

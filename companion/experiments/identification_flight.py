@@ -69,7 +69,8 @@ def load_identification(
         mission_file: YAML of a mission; None for the defaults.
         overrides: keys of the mission given as options.
         settings: dotted keys, as of any flight; of the controller they change the hold.
-        name: what the vehicle is called in place of its file's name.
+        name: what a vehicle over a link is called in place of its file's name; the embedded shim
+            knows its vehicles by the names that they have.
 
     Raises:
         ConfigError: whatever is wrong, with file, line, key and remedy.
@@ -81,7 +82,7 @@ def load_identification(
     if mission.connect is not None and "vehicle" not in mission.model_fields_set:
         unknown = {**overrides, "vehicle": str(folder / "unknown.yaml")}
         config = load_flight(mission_file, unknown, settings)
-    if name is not None:
+    if name is not None and mission.connect is not None:
         config = replace(config, vehicle=config.vehicle.model_copy(update={"name": name}))
     return config
 

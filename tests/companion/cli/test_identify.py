@@ -13,6 +13,7 @@ from companion.flight.experiment import EXPERIMENT_CHANNELS
 from companion.flight.records import CHANNELS
 from companion.identification.estimates import Estimate, UnidentifiedError
 from companion.recording.flight_log import FlightLog
+from companion.report.identification_log import read_identification
 from companion.report.identification_table import Concluded
 
 
@@ -32,6 +33,8 @@ def run(*arguments):
         (("--vehicle", "nope"), "unknown vehicle 'nope'"),
         (("--lockstep", "--box", "0.5"), "a box of ±0.5 m"),
         (("--lockstep", "--height", "0.6"), "a hover of 0.6 m is too low"),
+        (("--lockstep", "--height", "inf"), "a hover at inf m"),
+        (("--lockstep", "--set", "geofence.high_m=[2, 2, 4]"), "--box 2 fits"),
         (("--connect", "udpin://127.0.0.1:1", "--lockstep"), "--lockstep belongs to"),
         (("--connect", "udpin://127.0.0.1:1", "--wind", "calm"), "--wind belongs to"),
         (("--connect", "nonsense"), "nonsense"),
@@ -52,13 +55,39 @@ def test_what_cannot_be_done_is_refused_before_anything_starts(here, arguments, 
     assert list(here.iterdir()) == []
 
 
-def test_a_folder_without_a_log_is_told_to_be_none(here):
-    result = run("--log", str(here), "--json")
-    assert result.exit_code == 4
-    told = json.loads(result.stdout)
-    assert told["verdict"] == "unidentified"
-    assert "flight.mcap" in told["note"]
-    assert "companion identify" in told["note"]
+def test_a_folder_without_a_log_is_bad_input(here):
+    for folder in (here, here / "nowhere"):
+        result = run("--log", str(folder), "--json")
+        assert result.exit_code == 2
+        assert "flight.mcap" in result.stderr
+        assert "companion identify" in result.stderr
+        assert result.stdout == ""
+    assert list(here.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("--box", "2.5"),
+        ("--height", "2.5"),
+        ("--seed", "0"),
+        ("--wind", "calm"),
+        ("--sensors", "exact"),
+        ("--autopilot", "px4"),
+        ("--mission", "there.yaml"),
+        ("--mocap", "vicon"),
+        ("--system-id", "3"),
+        ("--signing-key-file", "key"),
+        ("--set", "hover_s=2"),
+        ("--set", "controller.inner_pid.kp=[1, 1, 1]"),
+    ],
+)
+def test_what_only_a_flight_could_heed_is_refused_with_a_log(here, found, option):
+    result = run("--log", str(a_log(here / "log")), *option)
+    assert result.exit_code == 2, result.output
+    named = f"--set {option[1].partition('=')[0]}" if option[0] == "--set" else option[0]
+    assert f"Leave {named} out, or --log" in result.stderr
+    assert "vehicle" not in found
 
 
 def test_a_folder_with_a_log_in_it_is_not_flown_into(here):
@@ -69,7 +98,7 @@ def test_a_folder_with_a_log_in_it_is_not_flown_into(here):
     assert (here / "flight.mcap").read_bytes() == b"there"
 
 
-def a_log(folder):
+def a_log(folder, vehicle=None):
     """Two samples of an identification flight of the x500."""
     log = FlightLog(folder, (*CHANNELS, *EXPERIMENT_CHANNELS))
     facts = {
@@ -77,7 +106,7 @@ def a_log(folder):
         "thrust_kind": "collective",
         "thrust_climb_m_s": 0.0,
         "thrust_descent_m_s": 0.0,
-        "vehicle": dict(read_yaml(find_config("vehicle", "x500")).data),
+        "vehicle": vehicle or dict(read_yaml(find_config("vehicle", "x500")).data),
     }
     log.record("experiment", 1.0, facts)
     for time_s in (2.0, 2.01):
@@ -150,6 +179,38 @@ def test_limits_and_name_may_be_others_and_the_files_go_elsewhere(here, found):
     assert (found["vehicle"].name, found["vehicle"].tilt_limit_deg) == ("mine", 40.0)
     assert found["folder"] == here / "files"
     assert found["folder"].is_dir()
+
+
+def test_limits_of_a_log_may_be_set_one_by_one(here, found):
+    log = str(a_log(here / "log"))
+    setting = ("--set", "vehicle.tilt_limit_deg=21")
+    assert run("--log", log, *setting).exit_code == 0
+    assert (found["vehicle"].name, found["vehicle"].tilt_limit_deg) == ("x500", 21.0)
+    assert run("--log", log, "--vehicle", "sih_quadx", *setting).exit_code == 0
+    assert (found["vehicle"].name, found["vehicle"].tilt_limit_deg) == ("sih_quadx", 21.0)
+    refused = run("--log", log, "--set", "vehicle.tilt_limit_deg=-1")
+    assert refused.exit_code == 2
+    assert "--set vehicle.tilt_limit_deg" in refused.stderr
+
+
+def test_the_limits_that_were_flown_are_those_that_are_written(here, found, monkeypatch):
+    def fly(plan, log, *others, **options):
+        asked = plan.config.vehicle
+        assert (asked.name, asked.tilt_limit_deg) == ("x500", 21.0)
+        a_log(here / "flown", vehicle=asked.model_dump(mode="json"))
+        return SimpleNamespace(outcome="landed", completed=True, note="")
+
+    monkeypatch.setattr("companion.identify_command._fly", fly)
+    monkeypatch.setattr("companion.identify_command._keep_result", lambda *_: None)
+    monkeypatch.setattr(
+        "companion.identify_command.read_identification",
+        lambda _: read_identification(here / "flown"),
+    )
+    options = ("--vehicle", "x500", "--name", "mine", "--set", "vehicle.tilt_limit_deg=21")
+    result = run("--lockstep", "--seed", "7", *options)
+    assert result.exit_code == 0, result.output
+    assert (found["vehicle"].name, found["vehicle"].tilt_limit_deg) == ("mine", 21.0)
+    assert "flown in the embedded shim, seed 7" in found["source"]
 
 
 def test_gains_without_a_certificate_have_an_exit_status_of_their_own(here, found):
