@@ -642,7 +642,8 @@ def compare(
 
     Prints a table and writes compare.png, compare.json, and every flight as Parquet.
 
-    Exit status: 0 done, whoever is better; 2 bad input, 4 interrupted.
+    Exit status: 0 done, whoever is better; 2 bad input, or not one flight could be flown;
+    4 interrupted.
     """
     from companion.compare_command import CompareRequest, run_compare
     from companion.config.yaml_source import ConfigError

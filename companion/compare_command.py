@@ -11,10 +11,11 @@ from rich.console import Console
 
 from companion.config.yaml_source import ConfigError, settings_of
 from companion.experiments.campaign import Job, run_campaign
-from companion.experiments.compare import Grid, contenders, evaluate, flown_vehicle, plan
+from companion.experiments.compare import Grid, contenders, evaluate, plan
 from companion.experiments.controller_file import write_whole
 from companion.experiments.event_recoveries import draw_events, event_flights
-from companion.experiments.flight_store import Summary
+from companion.experiments.flight_store import FAILED, Summary
+from companion.experiments.flight_task import load_task
 from companion.experiments.perturbations import chosen
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.provenance import commit, version
@@ -26,6 +27,7 @@ from companion.report.compare_table import compare_table
 from companion.report.recovery_table import recovery_table
 
 _WIDE = 150
+_UNFLOWN = (FAILED, "refused")
 _AGAINST = ("truth", "reported")
 
 
@@ -58,7 +60,8 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
         fly: what a worker does, in place of flying; a function of a module.
 
     Raises:
-        ConfigError: nothing was begun: a file or a name can't be used.
+        ConfigError: nothing was begun, since a file or a name can't be used; or not one flight
+            could be flown, as the table says.
         TrajectoryFileError: nor was it, for a trajectory.
         MissingExtraError: a library of the extra `study` is not installed.
         CampaignInterruptedError: Ctrl-C; the same command goes on from there.
@@ -73,11 +76,12 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
     with ProgressDisplay("comparing") as display:
         summaries = run_campaign(tasks, request.out, jobs, display, fly)
     events = event_flights(planned, summaries, request.out, request.against)
+    flown = load_task(tasks[0])  # all have the same settings
     comparison = Comparison(
-        vehicle=flown_vehicle(grid),
-        autopilot="ardupilot" if request.autopilot == "ardupilot" else "px4",
-        setpoint=request.setpoint or "attitude",
-        sensors=request.sensors,
+        vehicle=flown.config.vehicle.name,
+        autopilot=flown.shim.autopilot,
+        setpoint=flown.config.mission.setpoint,
+        sensors=flown.shim.sensors,
         against=request.against,
         whole=request.whole,
         controllers=tuple(contender.label for contender in grid.contenders),
@@ -94,6 +98,9 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
     _write(comparison, request.out)
     draw_events(events, f"{comparison.vehicle}, {comparison.autopilot}", request.out)
     _tell(comparison, request)
+    if all(summary.outcome in _UNFLOWN for summary in summaries.values()):
+        reason = next(iter(summaries.values())).note
+        raise ConfigError(f"not one of {len(summaries)} flights could be flown: {reason}")
     return comparison
 
 

@@ -1,7 +1,6 @@
 """One simulated flight of a study: what decides its result, and a name for just that."""
 
 import hashlib
-import importlib.util
 import json
 import re
 from collections.abc import Iterator
@@ -12,6 +11,7 @@ from pathlib import Path
 import companion
 from companion.config.resolve import FlightConfig, load_flight
 from companion.config.yaml_source import ConfigError
+from companion.experiments.shim_files import check_sensors, shim_folder
 from companion.flight.embedded_shim import embedded_shim
 from companion.flight.shim_process import ShimOptions
 
@@ -104,6 +104,8 @@ def load_task(task: FlightTask) -> LoadedTask:
         shim = replace(shim, vehicle=task.shim_vehicle)
     if task.sensors is not None:
         shim = replace(shim, sensors=task.sensors)
+    if shim.sensors is not None:
+        check_sensors(shim.sensors)
     return LoadedTask(config, shim)
 
 
@@ -174,11 +176,7 @@ def _deciding_files() -> Iterator[tuple[str, Path]]:
     skipped = {"__pycache__", "_configs", "_scenarios"}
     roots = [p for p in sorted(ours.iterdir()) if p.is_dir() and p.name not in _NO_INFLUENCE]
     files = [ours / name for name in _DECIDING]
-    # Found without being imported: the shim's code is nothing to the companion but bytes.
-    spec = importlib.util.find_spec("sitl_shim")
-    assert spec is not None
-    assert spec.origin is not None
-    roots.append(Path(spec.origin).parent)
+    roots.append(shim_folder())
     for root in roots:
         files += sorted(p for p in root.rglob("*") if p.suffix in (".py", ".yaml"))
     for path in files:

@@ -1,7 +1,6 @@
 """Plant files of the shim's vehicles, changed: what a controller must bear."""
 
 import copy
-import importlib.util
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ import yaml
 
 from companion.config.yaml_source import ConfigError
 from companion.experiments.controller_file import write_whole
+from companion.experiments.shim_files import shim_folder
 
 PlantFile = dict[str, Any]
 """A plant file as YAML has it."""
@@ -94,11 +94,7 @@ def delayed(seconds: float) -> Change:
 
 
 def _read(vehicle: str) -> PlantFile:
-    # Found without being imported: the shim's files are data here, its code is none of ours.
-    spec = importlib.util.find_spec("sitl_shim")
-    assert spec is not None
-    assert spec.origin is not None
-    path = Path(spec.origin).parent / "plant" / "vehicles" / f"{vehicle}.yaml"
+    path = shim_folder() / "plant" / "vehicles" / f"{vehicle}.yaml"
     try:
         plant: PlantFile = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:

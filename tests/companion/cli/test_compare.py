@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -126,6 +127,9 @@ def test_the_autopilot_and_the_setpoints_reach_every_flight():
         (("mpc-l1", "--traj", "7"), "test trajectories are numbered 1 to 5"),
         (("mpc-l1", "--traj", "none.csv"), "none.csv"),
         (("mpc-l1", "--set", "hover_s"), "hover_s"),
+        (("mpc-l1", "--sensors", "foo"), "there is no sensor profile 'foo'"),
+        (("mpc-l1", "--sensors", "foo.yaml"), "foo.yaml: no such sensor profile"),
+        (("mpc-l1", "--set", "sensors=foo"), "there is no sensor profile 'foo'"),
     ],
 )
 def test_what_can_not_be_compared_is_bad_input(options, said):
@@ -133,6 +137,37 @@ def test_what_can_not_be_compared_is_bad_input(options, said):
     assert result.exit_code == 2
     assert said in result.output
     assert "Traceback" not in result.output
+    assert not list(Path("compare").rglob("*.parquet"))
+
+
+def test_what_is_told_of_the_flights_is_what_was_flown(capsys):
+    settings = ("autopilot=ardupilot", "setpoint=rates", "sensors=exact")
+    by_setting = run_compare(request("mpc-l1", settings=settings), stand_ins.keep_made_up)
+    assert "bebop2, ardupilot: mean" in capsys.readouterr().out
+    written = json.loads((Path("compare") / "compare.json").read_text())
+    for told in (by_setting.autopilot, written["autopilot"]):
+        assert told == "ardupilot"
+    assert (by_setting.setpoint, by_setting.sensors) == ("rates", "exact")
+    plain = run_compare(request("mpc-l1", sensors="mocap"), stand_ins.keep_made_up)
+    assert (plain.autopilot, plain.setpoint, plain.sensors) == ("px4", "attitude", "mocap")
+
+
+def test_where_not_one_flight_can_be_flown_it_says_so_and_ends_as_with_bad_input(monkeypatch):
+    campaign = compare_command.run_campaign
+    monkeypatch.setattr(
+        compare_command, "run_campaign", lambda *given: campaign(*given[:-1], stand_ins.refuse)
+    )
+    result = compare("mpc-l1", "--traj", "1", "--seeds", "2", "--jobs", "1")
+    assert result.exit_code == 2
+    assert "2 of 2 failed/refused" in result.output
+    assert "not one of 2 flights could be flown: It is too fast." in result.output
+
+
+def test_one_flight_that_fails_beside_others_is_a_result():
+    one = compare_command.run_compare(
+        request("mpc-l1", trajectories=(1,), seeds=3), stand_ins.raise_at_two
+    )
+    assert one.cells[0].lost == 1
 
 
 def test_an_interrupt_says_how_to_go_on(monkeypatch):

@@ -78,6 +78,13 @@ def keep_made_up(job: Job):
     return summarise(job.key, table)
 
 
+def refuse(job: Job):
+    """What becomes of a flight that the simulator, or the flight itself, refuses."""
+    if job.task.seed == 2:
+        raise ValueError("the shim can't simulate it")
+    return summarise(job.key, table_of(job.task, outcome="refused", note="It is too fast."))
+
+
 def keep_slowest_first(job: Job):
     """The first seeds take longest, so that the order of completion is not the order of tasks."""
     _begin(job)
