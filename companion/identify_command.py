@@ -30,6 +30,7 @@ from companion.experiments.identification_flight import (
     load_identification,
     plan_identification,
 )
+from companion.experiments.progress import ProgressDisplay
 from companion.experiments.provenance import version
 from companion.flight.beginning import (
     check_sharing,
@@ -217,7 +218,15 @@ def _conclude(
         out.mkdir(parents=True, exist_ok=True)
         console.print("fitting, and looking for gains that hold: about a minute")
         identified = identify(kept.recording, thrust_curve=vehicle.thrust_curve)
-        result = conclude(identified, kept.recording, vehicle, out, _source(how, kept))
+        with ProgressDisplay("looking for gains", "rounds") as display:
+            result = conclude(
+                identified,
+                kept.recording,
+                vehicle,
+                out,
+                _source(how, kept),
+                progress=lambda done, total: display(done, total, None),
+            )
     except UnidentifiedError as error:
         return _end("unidentified", str(error), request, log, console)
     except OSError as error:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from companion.config.models import ControllerConfig, L1Config, MpcConfig
 from companion.identification.recommend import AxisGains, Recommendation
+from companion.recording.whole_file import write_whole
 
 _WIDTH = 98
 
@@ -41,7 +42,7 @@ def write_mpc_l1(recommendation: Recommendation, name: str, path: Path) -> None:
     Raises:
         OSError: it can't be written.
     """
-    path.write_text(mpc_l1_yaml(recommendation, name), encoding="utf-8")
+    write_whole(path, mpc_l1_yaml(recommendation, name))
 
 
 def mpc_l1_plus_yaml(controller: ControllerConfig, name: str) -> str:
@@ -83,7 +84,7 @@ def write_mpc_l1_plus(controller: ControllerConfig, name: str, path: Path) -> No
     Raises:
         OSError: it can't be written.
     """
-    path.write_text(mpc_l1_plus_yaml(controller, name), encoding="utf-8")
+    write_whole(path, mpc_l1_plus_yaml(controller, name))
 
 
 def _l1(l1: L1Config, recommendation: Recommendation) -> list[str]:

@@ -88,6 +88,7 @@ def recommend(
     shaped_commands: bool = False,
     state_rate_hz: float = 100.0,
     generations: int = 60,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Recommendation:
     """Derive gains of `mpc-l1`; deterministic, of the order of half a minute.
 
@@ -99,6 +100,7 @@ def recommend(
         shaped_commands: whether the autopilot shapes the commanded attitude, as ArduCopter does.
         state_rate_hz: of the state's samples.
         generations: of each search.
+        progress: told how many generations of all searches are done, and of how many.
 
     Raises:
         ValueError: the vehicle states no dynamics.
@@ -118,6 +120,14 @@ def recommend(
 
     attitude_lag_s = lag_s(dynamics.attitude, dynamics.loop_delay_s)
     scale = GRAVITY_M_S2 * dynamics.tilt_gain * attitude_lag_s
+    searches = 2 if climb_rate_field else 3
+
+    def counted(before: int) -> Callable[[int], None] | None:
+        """Tells how far the search is that comes after `before` others."""
+        if progress is None:
+            return None
+        return lambda done: progress(before * generations + done, searches * generations)
+
     horizontal = _searched(
         Scorer(
             LoopBuilder(
@@ -138,9 +148,10 @@ def recommend(
             generations=generations,
         ),
         lambda m, omega: horizontal_bounds(vehicle, dynamics, Air(), m, omega, 0.0).sigma,
+        counted(0),
     )
 
-    def over(climb: ResponseConfig, *, autopilots: bool) -> AxisGains:
+    def over(climb: ResponseConfig, *, autopilots: bool, before: int) -> AxisGains:
         family = vertical_family(climb, dynamics.loop_delay_s, autopilots=autopilots)
         climb_lag_s = lag_s(climb, dynamics.loop_delay_s)
         stated = dynamics.model_copy(update={"climb": climb})
@@ -162,13 +173,16 @@ def recommend(
                 generations=generations,
             ),
             lambda m, omega: vertical_bounds(vehicle, stated, Air(), loop, m, omega, 0.0).sigma,
+            counted(before),
         )
 
     theirs = dynamics.climb if climb_rate_field else TYPICAL_CLIMB_RATE_LOOP
-    climb_rate = over(theirs, autopilots=True)
+    climb_rate = over(theirs, autopilots=True, before=1)
     vertical = climb_rate
     if not climb_rate_field:
-        vertical = over(dynamics.climb, autopilots=False)
+        vertical = over(dynamics.climb, autopilots=False, before=2)
+    if progress is not None:
+        progress(searches * generations, searches * generations)
     controller = ControllerConfig(
         framework="mpc-l1",
         source=method_source(vehicle),
@@ -187,6 +201,7 @@ def _searched(
     scorer: Scorer,
     space: Space,
     largest_sigma: Callable[[TransferFunction, TransferFunction], float],
+    progress: Callable[[int], None] | None = None,
 ) -> AxisGains:
     """Search an axis, and take the bounds that go with what was found.
 
@@ -194,8 +209,9 @@ def _searched(
         scorer: of its family.
         space: where to search.
         largest_sigma: bound of |σ| by M(s) and C(s), without noise.
+        progress: as of `search`.
     """
-    found = search(scorer, space)
+    found = search(scorer, space, progress)
     best = found.candidate
     m, omega = float(best.m[0]), float(best.omega[0])
     sigma = largest_sigma(first_order(m), first_order(omega))

@@ -6,6 +6,7 @@ the vehicle's lag, so that they do for a quick vehicle and for a slow one.  Diff
 (Storn & Price 1997) with a fixed seed: the same family gives the same gains.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,8 +49,13 @@ class NothingHoldsError(Exception):
     """No gains were found that every plant of the family is stable with."""
 
 
-def search(scorer: Scorer, space: Space) -> Found:
+def search(scorer: Scorer, space: Space, progress: Callable[[int], None] | None = None) -> Found:
     """Search; deterministic, of the order of ten seconds.
+
+    Args:
+        scorer: of the family.
+        space: where to search.
+        progress: told how many generations are done; it may end before the last one.
 
     Raises:
         NothingHoldsError: nothing that holds was found.
@@ -76,6 +82,14 @@ def search(scorer: Scorer, space: Space) -> Found:
     def cost(x: Array) -> Array:
         return scorer.scores(candidates(x)).total_mm
 
+    generations = 0
+
+    def told(*_: object, **__: object) -> None:
+        nonlocal generations
+        generations += 1
+        if progress is not None:
+            progress(generations)
+
     result = differential_evolution(
         cost,
         [(float(np.log(low)), float(np.log(high))) for low, high in ranges],
@@ -86,6 +100,7 @@ def search(scorer: Scorer, space: Space) -> Found:
         updating="deferred",
         polish=False,
         tol=1e-3,
+        callback=told,
     )
     best = candidates(np.asarray(result.x)[:, None])
     scores = scorer.scores(best)

@@ -14,7 +14,7 @@ from companion.flight.records import CHANNELS
 from companion.identification.estimates import Estimate, UnidentifiedError
 from companion.recording.flight_log import FlightLog
 from companion.report.identification_log import read_identification
-from companion.report.identification_table import Concluded
+from companion.report.identification_table import Concluded, GainsVerdict
 
 
 @pytest.fixture(autouse=True)
@@ -144,11 +144,13 @@ def found(monkeypatch):
         seen["samples"] = len(recording)
         return SimpleNamespace()
 
-    def conclude(identified, recording, vehicle, folder, source):
+    def conclude(identified, recording, vehicle, folder, source, progress):
+        progress(1, 2)
         seen.update(vehicle=vehicle, folder=folder, source=source)
         certified = seen.get("certified", True)
         record = {"verdict": "identified" if certified else "uncertified", "files": ["there"]}
-        return Concluded(certified, "" if certified else "x: too quick", None, record)
+        plus = GainsVerdict("mpc-l1-plus", certified, "" if certified else "x: too quick")
+        return Concluded((GainsVerdict("mpc-l1", holds=True), plus), seen.get("wide", ()), record)
 
     monkeypatch.setattr("companion.identify_command.identify", identify)
     monkeypatch.setattr("companion.identify_command.conclude", conclude)
@@ -165,7 +167,9 @@ def test_a_log_is_identified_as_the_vehicle_that_was_flown(here, found):
     assert "2 samples in 0 s under px4: hover 2" in result.stderr
     assert "1.5" in result.stdout
     assert "0.25" in result.stdout
-    assert "certified: every condition holds" in result.stdout
+    assert "gains of mpc-l1 are certified: every condition holds" in result.stdout
+    assert "gains of mpc-l1-plus are certified: every condition holds" in result.stdout
+    assert "looking for gains: 1 of 2 rounds" in result.stderr
     assert found["samples"] == 2
     assert (found["vehicle"].name, found["vehicle"].tilt_limit_deg) == ("x500", 35.0)
     assert found["folder"] == here / "log"
@@ -218,10 +222,19 @@ def test_gains_without_a_certificate_have_an_exit_status_of_their_own(here, foun
     log = a_log(here / "log")
     told = run("--log", str(log))
     assert told.exit_code == 1
-    assert "not certified: x: too quick" in told.stdout
+    assert "mpc-l1 are certified" in told.stdout
+    assert "mpc-l1-plus are not certified: x: too quick" in told.stdout
     result = run("--log", str(log), "--json")
     assert result.exit_code == 1
     assert json.loads(result.stdout)["verdict"] == "uncertified"
+
+
+def test_what_is_known_roughly_is_said_and_is_no_failure(here, found):
+    found["wide"] = ("roll ωn 10 ± 3 rad/s (wider than 10%)",)
+    result = run("--log", str(a_log(here / "log")))
+    assert result.exit_code == 0
+    assert "identified, but" in result.stdout
+    assert "roll ωn 10 ± 3 rad/s" in result.stdout
 
 
 def test_what_cannot_be_told_from_a_flight_is_said(here, found, monkeypatch):

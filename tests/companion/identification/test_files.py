@@ -93,38 +93,80 @@ def test_what_a_climb_rate_field_hides_is_taken_from_the_base(base):
     assert "not found" in vehicle_yaml(found, vehicle)
 
 
+def derived(base, found=None):
+    return files.derive(found or identified(), base, source="test", climb_rate_field=False)
+
+
 def test_all_files_can_be_flown_with(tmp_path, base, quick_recommendation, monkeypatch):
     monkeypatch.setattr(files, "recommend", lambda *_, **__: quick_recommendation)
-    written = files.write_files(identified(), base, tmp_path, source="test", climb_rate_field=False)
-    assert written.note == ""
-    assert [path.name for path in written.paths] == [
+    found = derived(base)
+    assert found.note == ""
+    assert list(tmp_path.iterdir()) == []
+    paths = files.write_files(found, tmp_path)
+    assert [path.name for path in paths] == [
         "vehicle.yaml",
         "identify.png",
         "mpc-l1.yaml",
         "mpc-l1-plus.yaml",
     ]
+    assert sorted(tmp_path.iterdir()) == sorted(paths)
     vehicle = str(tmp_path / "vehicle.yaml")
     for name in ("mpc-l1.yaml", "mpc-l1-plus.yaml"):
         controller = str(tmp_path / name)
         flight = load_flight(None, {"controller": controller, "vehicle": vehicle}, {})
-        assert flight.vehicle == written.vehicle
+        assert flight.vehicle == found.vehicle
     read = validate(ControllerConfig, read_yaml(tmp_path / "mpc-l1.yaml"))
     assert read == quick_recommendation.controller
     plus = validate(ControllerConfig, read_yaml(tmp_path / "mpc-l1-plus.yaml"))
-    assert plus == written.plus
+    assert plus == found.plus
     assert plus.fallback == "mpc-l1.yaml"
 
 
-def test_without_gains_that_hold_there_is_no_file_of_them(tmp_path, base, monkeypatch):
+@pytest.fixture
+def nothing_holds(monkeypatch):
     def nothing(*_, **__):
         raise NothingHoldsError("too slow")
 
     monkeypatch.setattr(files, "recommend", nothing)
-    written = files.write_files(identified(), base, tmp_path, source="test", climb_rate_field=False)
-    assert written.recommendation is None
-    assert written.note == "too slow"
+
+
+def test_without_gains_that_hold_there_is_no_file_of_them(tmp_path, base, nothing_holds):
+    found = derived(base)
+    files.write_files(found, tmp_path)
+    assert found.recommendation is None
+    assert found.note == "too slow"
     assert not (tmp_path / "mpc-l1.yaml").exists()
-    assert written.plus.fallback == "none"
+    assert found.plus.fallback == "none"
+
+
+def test_gains_of_an_identification_before_do_not_stay(tmp_path, base, nothing_holds):
+    (tmp_path / "mpc-l1.yaml").write_text("of another vehicle")
+    files.write_files(derived(base), tmp_path)
+    assert not (tmp_path / "mpc-l1.yaml").exists()
+
+
+def test_old_gains_go_before_a_new_vehicle_is_written(tmp_path, base, nothing_holds, monkeypatch):
+    def full_disk(*_, **__):
+        assert not (tmp_path / "mpc-l1.yaml").exists()
+        raise OSError("no space left")
+
+    (tmp_path / "mpc-l1.yaml").write_text("of another vehicle")
+    (tmp_path / "vehicle.yaml").write_text("another vehicle")
+    monkeypatch.setattr(files, "write_vehicle", full_disk)
+    with pytest.raises(OSError, match="no space left"):
+        files.write_files(derived(base), tmp_path)
+
+
+def test_a_file_that_could_not_be_written_whole_is_not_there(tmp_path, base, monkeypatch):
+    def half(self, text, encoding):
+        with self.open("w", encoding=encoding) as file:
+            file.write(text[:20])
+        raise OSError("no space left")
+
+    monkeypatch.setattr(type(tmp_path), "write_text", half)
+    with pytest.raises(OSError, match="no space left"):
+        write_vehicle(identified(), base, tmp_path / "vehicle.yaml", "test")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_record_is_plain_json(quick_recommendation):
