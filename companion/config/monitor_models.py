@@ -52,7 +52,9 @@ class MonitorConfig(Section):
 class SwitchConfig(Section):
     """A hand-over that is planned."""
 
-    at_s: float = Field(description="Since the trajectory's start; negative: before it.")
+    at_s: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = Field(
+        description="Since the trajectory's start."
+    )
     to: Annotated[str, Field(min_length=1)] = Field(
         description="A controller's name or YAML file, or l1-off, l1-on."
     )
@@ -74,6 +76,11 @@ def _from_text(value: Any) -> Any:  # noqa: ANN401 - whatever a file says
         at_s = None
     if match is None or at_s is None:
         raise ValueError("a hand-over reads t=SECONDS:CONTROLLER, for instance t=8:mpc-l1")
+    if at_s < 0.0:
+        raise ValueError(
+            f"t={match['at_s']} is before the trajectory's start, from which t counts. Give 0 or "
+            "more, or fly that controller from the beginning with --controller."
+        )
     return {"at_s": at_s, "to": match["to"]}
 
 

@@ -214,6 +214,10 @@ class StackRunner:
     ) -> _Plan | None:
         why = "as asked for"
         if switch.controller is not None:
+            if plan.held is None and plan.level == 0 and plan.stack.name == switch.controller:
+                text = f"hand-over to {switch.controller}: nothing is to be done"
+                self._note(tick, changes, "switch", text)
+                return None
             ladder = self._stacks.others[switch.controller]
             return _Plan(ladder, 0, None, "switch", why)
         if switch.to != L1_OFF:

@@ -16,10 +16,10 @@ def load(switch=(), **settings):
 
 
 def test_a_hand_over_is_read_as_the_command_line_has_it():
-    config = load(["t=8:pid-l1", "t=-1.5:l1-off"])
+    config = load(["t=8:pid-l1", "t=1.5:l1-off"])
     assert [(s.at_s, s.to, s.controller) for s in config.mission.switch] == [
         (8.0, "pid-l1", "pid-l1"),
-        (-1.5, "l1-off", None),
+        (1.5, "l1-off", None),
     ]
     assert set(config.others) == {"pid-l1"}
     assert config.others["pid-l1"].framework == "pid-l1"
@@ -29,6 +29,20 @@ def test_a_hand_over_is_read_as_the_command_line_has_it():
 def test_what_is_no_hand_over_is_told_with_an_example(text):
     with pytest.raises(ConfigError, match="t=8:mpc-l1"):
         load([text])
+
+
+@pytest.mark.parametrize("at", ["-1", "-0.001"])
+def test_a_hand_over_before_the_trajectorys_start_is_refused(at):
+    with pytest.raises(ConfigError, match=f"t={at} is before the trajectory's start"):
+        load([f"t={at}:pid-l1"])
+
+
+@pytest.mark.parametrize("at_s", ["-1", ".nan", ".inf"])
+def test_so_is_it_in_a_missions_file(tmp_path, at_s):
+    mission = tmp_path / "mission.yaml"
+    mission.write_text(f"switch: [{{at_s: {at_s}, to: pid-l1}}]\n")
+    with pytest.raises(ConfigError, match="at_s"):
+        load_flight(mission, {}, {})
 
 
 def test_an_unknown_controller_is_told_before_the_flight():

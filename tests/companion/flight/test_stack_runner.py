@@ -230,6 +230,20 @@ def test_what_has_no_adaptation_or_has_it_on_already_flies_on():
     assert "on already" in changes[1].text
 
 
+def test_handing_over_to_who_flies_already_is_nothing():
+    one, same = Fake(0.2), Fake(0.2)
+    runner = runner_of(
+        ("one", one), ("below", Fake(0.1)),
+        switches=[(1.0, "one"), (2.0, "l1-off"), (3.0, "one"), (4.0, "one")],
+        others={"one": ladder(("one", same))},
+    )  # fmt: skip
+    changes = told(flown(runner, 0.0, 5.0))
+    assert [c.handed_over for c in changes] == [False, True, True, False]
+    assert changes[0].text == "hand-over to one: nothing is to be done; one flies on"
+    assert [c.controller for c in changes] == ["one", "one, L1 off", "one", "one"]
+    assert (len(one.starts), len(same.starts)) == (1, 1)
+
+
 def test_engaging_again_begins_with_the_configured_one_and_its_hand_overs():
     runner = runner_of(
         ("old", Fake(0.2)), switches=[(1.0, "new")], others={"new": ladder(("new", Fake(0.0)))}
