@@ -115,6 +115,8 @@ class StackRecord:
     """None at a tick at which the outer controller did not run."""
     segment: str = ""
     """Part of an experiment that is flown; empty in an ordinary flight."""
+    left: str = ""
+    """Why the part of an experiment whose time it is is not flown, in a sentence; mostly empty."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,6 +59,7 @@ CONTROL = ChannelSpec(
         Field("slew_bound_rad_s", description="that bound: it follows the trajectory"),
         Field("delay_gauge", description="loop delay beyond the stated one, over its bound"),
         Field("segment", "string", "part of an experiment; empty in an ordinary flight"),
+        Field("left", "string", "which part of an experiment is not flown in its time, and why"),
     ),
     "one record for each sample of the state while setpoints flow, and for each step taken in "
     'silence (phase "silence", without a state)',
@@ -206,6 +207,7 @@ def _stack_fields(stack: StackRecord) -> dict[str, Any]:
         "roll_rad": stack.roll_rad,
         "pitch_rad": stack.pitch_rad,
         "segment": stack.segment,
+        "left": stack.left,
     }
 
 
@@ -223,6 +225,7 @@ _NO_STACK: dict[str, Any] = {
     "roll_rad": math.nan,
     "pitch_rad": math.nan,
     "segment": "",
+    "left": "",
 }
 
 

@@ -44,6 +44,15 @@ _BENEATH = 0.4
 """Share of the hold that stays on beneath a tilt that is played."""
 _LEAD_S = 0.2
 """The swing's push is commanded ahead by about what multirotors take to tilt."""
+_LEADS_OUT = (
+    "the vehicle would have stopped at the edge of its box or beyond; a larger --box or calmer air "
+    "helps"
+)
+_ASTRAY = "the vehicle was far off the swing's way; calmer air or a larger --box helps"
+_LATE = (
+    "the hold had to begin anew, as no state that could be flown on had come for a while; a link "
+    "and a computer without such gaps help"
+)
 _TILTS = ("roll", "pitch", "swing")
 _LIFT_CLIMB_1_S, _LIFT_HEIGHT_1_S2 = 1.0, 0.3
 """Of the weak hold beneath a thrust that is played; a firmer one brings an estimate's wander in."""
@@ -61,8 +70,8 @@ class ExcitationMemory:
     """Commanded, ENU."""
     part: int | None = None
     """Which is being played, or was left early in its time; None in a pause."""
-    left: bool = False
-    """That part was left, or missed."""
+    left: str = ""
+    """Why that part was left, or missed, in a sentence; empty if it was not."""
     trim_rad: tuple[float, float] = (0.0, 0.0)
     """Roll and pitch about which it is played."""
 
@@ -178,6 +187,7 @@ class ExcitationStack:
             hover_thrust=self.thrust.hover_thrust(thrust_memory),
             outer=None,
             segment=HOLD if played is None else played.part.name,
+            left=memory.left,
         )
         return advanced, Command(quaternion_from_euler(roll, pitch, yaw_command), field), record
 
@@ -187,16 +197,19 @@ class ExcitationStack:
         """What is played at this tick; None for the hold alone."""
         index = self.program.at(track_s)
         if index is None:
-            return replace(memory, part=None, left=False), None
+            return replace(memory, part=None, left=""), None
         since_s = track_s - self.program.begins_s[index]
         part = self._over_this_field(self.program.parts[index])
         if part is None or since_s >= part.duration_s:
-            return replace(memory, part=index, left=True), None
+            left = memory.left if memory.part == index else ""
+            return replace(memory, part=index, left=left), None
         if memory.part != index:
             late = part.axis != "none" and since_s > _BEGINS_WITHIN_S
-            memory = replace(memory, part=index, left=late, trim_rad=self._trim_rad(memory))
-        if not memory.left and self._leads_out(part, since_s, state, wanted):
-            memory = replace(memory, left=True)
+            left = _left(part, since_s, _LATE) if late else ""
+            memory = replace(memory, part=index, left=left, trim_rad=self._trim_rad(memory))
+        if not memory.left:
+            why = self._leads_out(part, since_s, state, wanted)
+            memory = replace(memory, left=_left(part, since_s, why) if why else "")
         return memory, None if memory.left else _Played(part, since_s)
 
     def _over_this_field(self, part: Part) -> Part | None:
@@ -211,13 +224,14 @@ class ExcitationStack:
         level = tilt.limit_tilt(u_x, u_y, self.hold.limits.tilt_rad)
         return tilt.roll_pitch_from_u(*level, memory.yaw_rad)
 
-    def _leads_out(self, part: Part, since_s: float, state: VehicleState, wanted: Array) -> bool:
-        """True if the vehicle would stop at the box's edge, or beyond it, if it were held now.
+    def _leads_out(self, part: Part, since_s: float, state: VehicleState, wanted: Array) -> str:
+        """Why a part must be left: held now, the vehicle would stop at the box's edge, or beyond.
 
-        One that swings turns round by what is played: it must be near its way.
+        Empty if it need not be.  One that swings turns round by what is played: it must be near
+        its way.
         """
         if part.axis == "none":
-            return False
+            return ""
         off = [p - float(w) for p, w in zip(state.position_enu_m, wanted, strict=True)]
         x, y, z = (
             offset + within_s * velocity
@@ -231,8 +245,10 @@ class ExcitationStack:
             x, y = off[0], off[1]
             astray_m = max(abs(x - way_x), abs(y - way_y))
             if astray_m > _OFF_THE_WAY * self.box.horizontal_m:
-                return True
-        return max(abs(x), abs(y)) > limit_m or abs(z) > _LEAVE_AT * self.box.vertical_m
+                return _ASTRAY
+        if max(abs(x), abs(y)) > limit_m or abs(z) > _LEAVE_AT * self.box.vertical_m:
+            return _LEADS_OUT
+        return ""
 
     def _held(
         self,
@@ -277,6 +293,14 @@ class ExcitationStack:
             known = {"hover_force": memory.hover_force, "hover_variance": memory.hover_variance}
             return replace(advanced, **known), field
         return law.step(memory, climb_m_s, climb_rate, cosine, dt)
+
+
+def _left(part: Part, since_s: float, why: str) -> str:
+    """What a person is told of a part that is left, or missed."""
+    return (
+        f"the part '{part.name}' is not played beyond {since_s:.1f} of its {part.duration_s:.1f} "
+        f"s: {why}"
+    )
 
 
 def _beneath(trim_rad: float, held_rad: float) -> float:

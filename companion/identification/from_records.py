@@ -1,6 +1,7 @@
 """The recording of an identification flight, from what its log holds."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, cast
 
@@ -11,6 +12,7 @@ from companion.identification.estimates import UnidentifiedError
 from companion.identification.recording import Array, Recording
 from companion.thrust_meaning import ThrustMeaning
 
+_NAMED = re.compile("'([a-z]+)'")
 _WITHOUT_CONTROLLER = ("silence",)
 
 
@@ -76,7 +78,14 @@ def recording_from_records(
             float(facts["thrust_descent_m_s"]),
         ),
         autopilot=str(facts["autopilot"]),
+        left=_left(newest),
     )
+
+
+def _left(records: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, str], ...]:
+    """Parts that were left, each time once; a log of an earlier release does not tell."""
+    sentences = dict.fromkeys(str(r.get("left") or "") for r in records)
+    return tuple((_NAMED.findall(left)[0], left) for left in sentences if _NAMED.search(left))
 
 
 def _reported(

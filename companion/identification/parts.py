@@ -11,6 +11,8 @@ Rows = npt.NDArray[np.intp]
 _LEAST_SAMPLES = 100
 _LARGEST_GAP_S = 0.3
 _WHOLE = 50
+_ORDER = ("hover", "roll", "pitch", "thrust", "climb", "swing")
+"""In which they are flown."""
 
 
 def require(recording: Recording, name: str) -> Rows:
@@ -23,9 +25,20 @@ def require(recording: Recording, name: str) -> Rows:
     if len(rows) < _LEAST_SAMPLES:
         raise UnidentifiedError(
             f"the recording has {len(rows)} samples of the part '{name}', and at least "
-            f"{_LEAST_SAMPLES} are needed: the flight was ended early. Fly it to its end"
+            f"{_LEAST_SAMPLES} are needed: {_why(recording, name)}"
         )
     return rows
+
+
+def _why(recording: Recording, name: str) -> str:
+    """Why a part is too short, and what to do about it."""
+    left = [why for part, why in recording.left if part == name]
+    if left:
+        return f"{'; '.join(left)}. Fly it again"
+    later = _ORDER[_ORDER.index(name) + 1 :] if name in _ORDER else ()
+    if np.isin(recording.segment, later).any():
+        return "it was left early, or missed, though the flight went on. Fly it again"
+    return "the flight was ended early. Fly it to its end"
 
 
 def stretches(recording: Recording, name: str) -> list[Rows]:

@@ -16,7 +16,7 @@ _WIDTHS = {
     "attitude_flu_to_enu": 4,
     "rate_flu_rad_s": 3,
 }
-_NOT_ROWS = ("thrust_meaning", "autopilot")
+_NOT_ROWS = ("thrust_meaning", "autopilot", "left")
 _MAY_BE_NAN = ("rate_flu_rad_s", "reported_thrust", "loop_delay_s", "received_s")
 
 
@@ -66,6 +66,8 @@ class Recording:
     """What the autopilot makes of the thrust field."""
     autopilot: str
     """px4 or ardupilot."""
+    left: tuple[tuple[str, str], ...] = ()
+    """Parts that were left early, or missed: name, and a sentence that tells why."""
 
     def __post_init__(self) -> None:
         """Refuse columns that do not fit together."""

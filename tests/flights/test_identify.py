@@ -81,6 +81,8 @@ def whole(tmp_path_factory):
 def test_the_excitation_is_flown_to_its_end_and_the_vehicle_lands(whole):
     assert (whole.outcome.outcome, whole.outcome.completed) == ("landed", True)
     recording = whole.recording
+    assert recording.left == ()
+    assert whole.told("is not played") == []
     assert set(recording.segment.tolist()) == ALL | {"thrust", "hold"}
     planned = whole.plan.experiment.program
     for name in sorted(ALL | {"thrust"}):
@@ -202,6 +204,12 @@ def test_a_short_loss_of_the_state_costs_the_part_and_no_more(tmp_path):
     assert played["roll"] < 35.0 * planned["roll"]
     for name in ("pitch", "thrust", "climb", "swing"):
         assert played[name] == pytest.approx(100 * planned[name], abs=4), name
+    ((part, why),) = recording.left
+    assert part == "roll"
+    assert "the hold had to begin anew" in why
+    assert flown.told("the part 'roll'") == [why]
+    events = (r.values for r in read_records(flown.folder / "flight.mcap") if r.topic == "event")
+    assert [e["severity"] for e in events if e["text"] == why] == ["warning"]
 
 
 def test_thrust_whose_tilt_ardupilot_makes_up_for_is_played_as_thrust(tmp_path):

@@ -83,6 +83,7 @@ class SetpointStream:
         self._unusable = ""
         """What was wrong with the samples since."""
         self._record_trouble_told = False
+        self._left_told = ""
         self._sent_s: float | None = None
         """When the last setpoint went out; None if none has since the start."""
         connection.samples.on_sample = self._on_state
@@ -250,6 +251,8 @@ class SetpointStream:
             sent = True
         if output.watch is not None:
             self._tell_changes(output.watch)
+        if output.stack is not None:
+            self._tell_left(output.stack.left)
         if output.fallback:
             self.fallbacks += 1
         condition = Condition(output.rung, output.fallback, output.reason)
@@ -271,6 +274,12 @@ class SetpointStream:
                 self._voice.phase("switch", change.text)
             else:
                 self._voice.tell("warning", change.text)
+
+    def _tell_left(self, left: str) -> None:
+        """Tell, once, that a part of an experiment is not flown, and why."""
+        if left and left != self._left_told:
+            self._voice.tell("warning", left)
+        self._left_told = left
 
     def _stood_still(self) -> bool:
         """Give up if the stream has paused for so long that a failsafe may have acted unseen.

@@ -55,6 +55,11 @@ def play(stack, from_s, to_s, *, state=state_at, memory=None, yaw=0.0):
     return steps, memory
 
 
+def left_of(steps):
+    """What is told of parts that are left, each once."""
+    return [left for left in dict.fromkeys(record.left for *_, record in steps) if left]
+
+
 def begin_of(plan, name, nth=0):
     parts = plan.experiment.program.parts
     index = [k for k, part in enumerate(parts) if part.name == name][nth]
@@ -201,6 +206,9 @@ def test_a_swing_is_left_where_the_vehicle_is_far_off_its_way(plan):
     segments = [record.segment for *_, record in steps]
     assert segments[:50] == ["swing"] * 50
     assert set(segments[52:]) == {HOLD}
+    (left,) = left_of(steps)
+    assert "the part 'swing' is not played beyond 0.5 of its 15.0 s" in left
+    assert "off the swing's way" in left
 
 
 def test_a_part_is_left_where_the_vehicle_would_stop_outside_and_not_taken_up_again(plan):
@@ -216,6 +224,9 @@ def test_a_part_is_left_where_the_vehicle_would_stop_outside_and_not_taken_up_ag
     segments = [record.segment for *_, record in steps]
     assert segments[:50] == ["roll"] * 50
     assert set(segments[52:]) == {HOLD}
+    (left,) = left_of(steps)
+    assert "the part 'roll' is not played beyond 0.5 of its 7.8 s" in left
+    assert "stopped at the edge of its box" in left
     # The hold brakes against the way out.
     assert steps[55][2].roll_rad < 0.0
 
@@ -224,6 +235,17 @@ def test_a_part_that_was_missed_is_not_begun_in_its_midst(plan):
     begin_s, part = begin_of(plan, "pitch")
     steps, _ = play(stack_of(plan), begin_s + 0.5, begin_s + part.duration_s)
     assert {record.segment for *_, record in steps} == {HOLD}
+    (left,) = left_of(steps)
+    assert "the part 'pitch' is not played beyond 0.5 of its 7.8 s" in left
+    assert "the hold had to begin anew" in left
+
+
+def test_of_a_timetable_that_is_played_whole_nothing_is_told_to_be_left(plan):
+    for thrust in (COLLECTIVE, CLIMB_RATE):
+        stack = stack_of(plan, thrust)
+        before_swing_s, _ = begin_of(plan, "swing")
+        steps, _ = play(stack, -1.0, before_swing_s)
+        assert left_of(steps) == []
 
 
 def test_the_hover_is_what_it_is_from_wherever_it_begins(plan):

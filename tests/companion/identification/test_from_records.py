@@ -71,6 +71,20 @@ def test_ticks_on_which_the_excitation_sent_nothing_are_left_out(useless):
     assert recording.time_s.tolist() == [1.0, 1.02]
 
 
+def test_parts_that_were_left_are_named_with_why():
+    roll, swing = "the part 'roll' is not played: why", "the part 'swing' is not played: wind"
+    records = [
+        tick(1.0),
+        tick(1.01, segment="hold", left=roll),
+        tick(1.02, segment="hold", left=roll),
+        tick(1.03, segment="hold", left=""),
+        tick(1.04, segment="hold", left=swing),
+    ]
+    recording = recording_from_records(records, [], [FACTS])
+    assert recording.left == (("roll", roll), ("swing", swing))
+    assert recording_from_records([tick(1.0)], [], [FACTS]).left == ()
+
+
 def test_a_rate_that_is_not_known_is_nan():
     recording = recording_from_records([tick(1.0, rate_flu_rad_s=[None] * 3)], [], [FACTS])
     assert np.isnan(recording.rate_flu_rad_s).all()
