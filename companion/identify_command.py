@@ -214,6 +214,9 @@ def _conclude(
     except UnidentifiedError as error:
         return _end("unidentified", str(error), request, log, console)
     console.print(_played(kept.recording))
+    if request.log is not None:  # a flight has told it by itself
+        for _, left in kept.recording.left:
+            console.print(f"warning: {left}", style="yellow")
     try:
         out.mkdir(parents=True, exist_ok=True)
         console.print("fitting, and looking for gains that hold: about a minute")

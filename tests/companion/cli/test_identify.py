@@ -98,7 +98,7 @@ def test_a_folder_with_a_log_in_it_is_not_flown_into(here):
     assert (here / "flight.mcap").read_bytes() == b"there"
 
 
-def a_log(folder, vehicle=None):
+def a_log(folder, vehicle=None, left=""):
     """Two samples of an identification flight of the x500."""
     log = FlightLog(folder, (*CHANNELS, *EXPERIMENT_CHANNELS))
     facts = {
@@ -129,6 +129,7 @@ def a_log(folder, vehicle=None):
                 "roll_rad": 0.0,
                 "pitch_rad": 0.0,
                 "segment": "hover",
+                "left": left,
             },
         )
     log.close()
@@ -183,6 +184,13 @@ def test_limits_and_name_may_be_others_and_the_files_go_elsewhere(here, found):
     assert (found["vehicle"].name, found["vehicle"].tilt_limit_deg) == ("mine", 40.0)
     assert found["folder"] == here / "files"
     assert found["folder"].is_dir()
+
+
+def test_what_was_left_on_a_flight_that_is_read_again_is_told(here, found):
+    left = "the part 'roll' is not played beyond 0.3 of its 7.8 s: wind"
+    result = run("--log", str(a_log(here / "log", left=left)))
+    assert result.stderr.count(f"warning: {left}") == 1
+    assert "warning" not in run("--log", str(a_log(here / "other"))).stderr
 
 
 def test_limits_of_a_log_may_be_set_one_by_one(here, found):
