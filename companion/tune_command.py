@@ -12,10 +12,11 @@ from companion.config.models import ControllerConfig
 from companion.config.resolve import FlightConfig, controller_path
 from companion.config.validation import validate
 from companion.config.yaml_source import ConfigError, parse_yaml, read_yaml
+from companion.experiments.attitude_lag import attitude_lag
 from companion.experiments.controller_file import controller_yaml, write_whole
 from companion.experiments.flight_task import FlightTask, load_task
 from companion.experiments.identify_steps import SecondOrder, StepTask, UnidentifiedError, identify
-from companion.experiments.perturbed_plant import with_attitude_lag
+from companion.experiments.perturbed_plant import write_plant
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.tuned_gains import (
     TUNED,
@@ -171,7 +172,9 @@ def _family(
     lag = _lag(request)
     if lag is None:
         return (task,)
-    plant = with_attitude_lag(config.vehicle.name, lag, folder)
+    vehicle = config.vehicle.name
+    path = folder / f"{vehicle}-attitude-lag-{lag:g}.yaml"
+    plant = write_plant(vehicle, (attitude_lag(lag),), path)
     return task, replace(task, shim_vehicle=str(plant))
 
 

@@ -21,34 +21,6 @@ Raises:
     ConfigError: the file lacks what is to be changed.
 """
 
-_ANGLE_GAINS = ("MC_ROLL_P", "MC_PITCH_P")
-
-
-def with_attitude_lag(vehicle: str, factor: float, folder: Path) -> Path:
-    """Write a plant file of a shipped vehicle whose attitude lags more by a factor.
-
-    By the gain of PX4's outer attitude loop alone, to which the lag is inverse: the response
-    becomes slower and better damped.  It is the further vehicle that `companion tune` flies.
-
-    Args:
-        vehicle: its name.
-        factor: on the lag.
-        folder: of the new file.
-
-    Raises:
-        ConfigError: the shim has no such vehicle, or its file no such gain.
-        OSError: the file can't be written.
-    """
-
-    def change(plant: PlantFile) -> None:
-        parameters = plant.get("autopilot_parameters", {})
-        for name in _ANGLE_GAINS:
-            if name not in parameters:
-                raise ConfigError(f"the shim's plant of {vehicle} states no {name}. Add it.")
-            parameters[name] = parameters[name] / factor
-
-    return write_plant(vehicle, (change,), folder / f"{vehicle}-attitude-lag-{factor:g}.yaml")
-
 
 def write_plant(vehicle: str, changes: Sequence[Change], path: Path) -> Path:
     """Write a shipped vehicle's plant file with changes.

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from companion.config.resolve import load_flight
+from companion.experiments.attitude_lag import attitude_lag
 from companion.experiments.flight_task import LoadedTask
 from companion.experiments.fly_task import fly_loaded
 from companion.experiments.memory_log import MemoryLog
-from companion.experiments.perturbed_plant import with_attitude_lag
+from companion.experiments.perturbed_plant import write_plant
 from companion.flight.assemble import make_trajectory
 from companion.flight.embedded_shim import embedded_shim
 from tests.flights.bench import Bench
@@ -51,7 +52,7 @@ def test_a_nominal_flight_is_left_alone(trajectory, wind):
 
 
 def test_a_vehicle_that_lags_twice_as_much_is_left_to_the_fallback_without_chatter(tmp_path):
-    plant = with_attitude_lag("bebop2", 2.0, tmp_path)
+    plant = write_plant("bebop2", (attitude_lag(2.0),), tmp_path / "late.yaml")
     outcome, times, ticks = fly(1, settings=FRAGILE, plant=plant)
     assert outcome.outcome == "tracked"
     handed = [change for change in outcome.changes if change.handed_over]
@@ -66,13 +67,22 @@ def test_a_vehicle_that_lags_twice_as_much_is_left_to_the_fallback_without_chatt
     assert math.degrees(np.abs(tilt[times > last + 4.0]).max()) < 12.0
 
 
-@pytest.mark.parametrize("switch", [("t=6:l1-off", "t=12:l1-on"), ("t=6:mpc-pid-joint",)])
-def test_a_hand_over_that_is_asked_for_has_no_bump(switch):
-    outcome, times, ticks = fly(4, switch=switch)
+@pytest.mark.parametrize(
+    ("controller", "switch", "flown"),
+    [
+        ("mpc-l1", ("t=6:l1-off", "t=12:l1-on"), ["mpc-l1, L1 off", "mpc-l1"]),
+        ("mpc-l1", ("t=6:mpc-pid-joint",), ["mpc-pid-joint"]),
+        ("mpc-l1-plus", ("t=6:mpc-l1", "t=12:mpc-l1-plus"), ["mpc-l1", "mpc-l1-plus"]),
+        ("mpc-l1-plus", ("t=6:l1-off", "t=12:l1-on"), ["mpc-l1-plus, L1 off", "mpc-l1-plus"]),
+    ],
+)
+def test_a_hand_over_that_is_asked_for_has_no_bump(controller, switch, flown):
+    outcome, times, ticks = fly(4, switch=switch, controller=controller)
     assert outcome.outcome == "tracked"
     assert [(change.cause, change.handed_over) for change in outcome.changes] == [
         ("switch", True)
     ] * len(switch)
+    assert [change.controller for change in outcome.changes] == flown
     tilt = np.stack([ticks.roll_rad, ticks.pitch_rad], axis=1)
     steps = np.linalg.norm(np.diff(tilt, axis=0), axis=1)
     thrust_steps = np.abs(np.diff(ticks.thrust))

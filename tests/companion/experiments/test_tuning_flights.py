@@ -1,14 +1,17 @@
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import yaml
 
 from companion.experiments import tuning_flights
-from companion.experiments.flight_task import FlightTask
-from companion.experiments.perturbed_plant import with_attitude_lag
+from companion.experiments.flight_task import FlightTask, load_task
+from companion.experiments.perturbed_plant import write_plant
 from companion.experiments.tuning import Evaluation
 from companion.experiments.tuning_flights import FlownCosts, flight_cost
 from companion.experiments.workers import Workers
+from companion.tune_command import TuneRequest, _family
 from tests.companion.experiments.stand_ins import table_of
 from tests.flights.bench import SHORT
 
@@ -75,11 +78,16 @@ def test_the_worst_vehicle_decides_what_a_set_of_gains_is_worth():
 
 
 def test_a_plant_with_more_attitude_lag_differs_by_that_alone(tmp_path):
-    path = with_attitude_lag("bebop2", 1.25, tmp_path)
-    changed, same = (
-        yaml.safe_load(p.read_text()) for p in (path, with_attitude_lag("bebop2", 1.0, tmp_path))
-    )
-    for name in ("MC_ROLL_P", "MC_PITCH_P"):
-        gain = same["autopilot_parameters"].pop(name)
-        assert changed["autopilot_parameters"].pop(name) == pytest.approx(gain / 1.25)
+    tasks = _family(TuneRequest("pid"), TASK, load_task(TASK).config, tmp_path)
+    assert [replace(task, shim_vehicle=None) for task in tasks] == [TASK, TASK]
+    changed = yaml.safe_load(Path(tasks[1].shim_vehicle).read_text())
+    same = yaml.safe_load(write_plant("bebop2", (), tmp_path / "same.yaml").read_text())
+    gains = {
+        "autopilot_parameters": ("MC_ROLL_P", "MC_PITCH_P"),
+        "ardupilot_parameters": ("ATC_ANG_RLL_P", "ATC_ANG_PIT_P"),
+    }
+    for section, names in gains.items():
+        for name in names:
+            gain = same[section].pop(name)
+            assert changed[section].pop(name) == pytest.approx(gain / 1.25)
     assert changed == same
