@@ -296,7 +296,7 @@ def test_options_win_over_the_file_and_set_over_both(tmp_path):
         ),
         (
             "controller",
-            "unknown controller 'nope'. Give a YAML file or one of: l1, lqr-l1, mpc-l1, mpc-l1-plus",
+            "unknown controller 'nope'. Give a YAML file or one of: l1, lqr-l1, mpc-l1, mpc-l1-plu",
         ),
     ],
 )
