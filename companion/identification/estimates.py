@@ -19,18 +19,21 @@ class Estimate:
 
     value: float
     half_width_95: float
-    """The truth is within value ± this in 95 of 100 flights."""
+    """The truth is within value ± this in 95 of 100 flights; half of what is between the ends where
+    `ends_95` states these."""
     unit: str
+    ends_95: tuple[float, float] | None = None
+    """Where the interval is not symmetric about the value: of a size that can't be negative."""
 
     @property
     def low(self) -> float:
         """Lower end of the interval."""
-        return self.value - self.half_width_95
+        return self.value - self.half_width_95 if self.ends_95 is None else self.ends_95[0]
 
     @property
     def high(self) -> float:
         """Upper end of the interval."""
-        return self.value + self.half_width_95
+        return self.value + self.half_width_95 if self.ends_95 is None else self.ends_95[1]
 
 
 @dataclass(frozen=True, slots=True)

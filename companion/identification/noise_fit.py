@@ -8,6 +8,7 @@ fits leave over, where white noise and walk part by their growth over time.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +23,7 @@ _OF_THIRD_DIFFERENCES = 20.0
 _CORRELATION = 2.0 * (15.0**2 + 6.0**2 + 1.0) / 20.0**2
 """Sum of their squared autocorrelations to both sides, beyond 1."""
 _NORMAL_95 = 1.96
+_FLAT, _LEAST_SPREAD = 1.0, 1e-3
 _WALK_IN_THIRD_DIFFERENCES = 6.0
 """1 + 4 + 1, of a walk's variance per sample."""
 _LEAST_SHARE = 0.01
@@ -59,7 +61,7 @@ def fit_noise(
         velocity_m_s=_three(
             [_white([velocity[:, k]], times, "m/s", *_walk(scatters[k])) for k in range(3)]
         ),
-        acceleration_m_s2_sqrt_hz=_three([_density(scatter) for scatter in scatters]),
+        acceleration_m_s2_sqrt_hz=_three(densities([_density(scatter) for scatter in scatters])),
         tilt_rad=_white([roll[quiet], pitch[quiet]], times[quiet], "rad", _wander(tilts)),
     )
 
@@ -112,9 +114,58 @@ def _wander(fitted: tuple[FittedScatter, FittedScatter]) -> float:
     return sum(walks) / len(walks)
 
 
-def _density(fitted: FittedScatter) -> Estimate:
+@dataclass(frozen=True, slots=True)
+class Density:
+    """Of an unexplained acceleration along an axis, as the likelihood has it."""
+
+    value: float
+    spread: float
+    """Standard deviation of its logarithm; 1 and more: there may be none."""
+
+    @property
+    def low(self) -> float:
+        """Lower end of the 95 % interval."""
+        return self.value * math.exp(-_NORMAL_95 * self.spread) if self.spread < _FLAT else 0.0
+
+    @property
+    def high(self) -> float:
+        """Upper end."""
+        return self.value * math.exp(_NORMAL_95 * self.spread)
+
+    def estimate(self) -> Estimate:
+        """As the files have it."""
+        half = 0.5 * (self.high - self.low)
+        return Estimate(self.value, half, "m/s²/√Hz", (self.low, self.high))
+
+
+def densities(found: list[Density]) -> list[Estimate]:
+    """Along x, y and z; what x and y have in common is told of both.
+
+    The same estimator reports both, so that they differ by chance as long as their intervals meet:
+    then the mean of their logarithms counts, each weighted by how well it is known.
+    """
+    x, y, z = found
+    if x.low <= y.high and y.low <= x.high:
+        x = y = _common(x, y)
+    return [x.estimate(), y.estimate(), z.estimate()]
+
+
+def _common(x: Density, y: Density) -> Density:
+    weights = (x.spread**-2, y.spread**-2)
+    mean = (weights[0] * math.log(x.value) + weights[1] * math.log(y.value)) / sum(weights)
+    spread = 1.0 / math.sqrt(sum(weights))
+    if min(x.spread, y.spread) >= _FLAT:
+        # Two bounds are no figure: the sharper one stays, a bound.
+        return min(x, y, key=lambda one: one.high)
+    return Density(math.exp(mean), spread)
+
+
+def _density(fitted: FittedScatter) -> Density:
     assert isinstance(fitted.scatter, VelocityScatter)
-    return Estimate(fitted.scatter.density, fitted.half_widths[1], "m/s²/√Hz")
+    density = fitted.scatter.density
+    # Scatters that were given, and not fitted, have no widths.
+    spread = fitted.half_widths[1] / (_NORMAL_95 * density)
+    return Density(density, max(spread, _LEAST_SPREAD))
 
 
 def _three(values: list[Estimate]) -> _Three:

@@ -46,7 +46,13 @@ def _found(value: Estimate | Response | None) -> dict[str, Any] | None:
     if value is None:
         return None
     if isinstance(value, Estimate):
-        return {"value": value.value, "half_width_95": value.half_width_95, "unit": value.unit}
+        ends = {} if value.ends_95 is None else {"ends_95": list(value.ends_95)}
+        return {
+            "value": value.value,
+            "half_width_95": value.half_width_95,
+            "unit": value.unit,
+            **ends,
+        }
     return {field.name: _found(getattr(value, field.name)) for field in fields(value)}
 
 

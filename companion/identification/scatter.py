@@ -26,6 +26,9 @@ _INCREMENT_STEPS = (1, 2, 3, 5, 8)
 _LEAST_RMS = 1e-6
 """Of residuals: those of a simulation without noise still need a scale."""
 _NORMAL_95 = 1.96
+_RISE_95 = 0.5 * _NORMAL_95**2
+"""Of the cost, the negative logarithm of the likelihood, at the ends of an interval."""
+_FLAT_STEP = 0.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,6 +196,8 @@ def likeliest(
     best = np.asarray(found.x)
     white, size, time = np.exp(best).tolist()
     spread = _logarithmic_spread(cost, best)
+    if kind is VelocityScatter and spread[1] >= 1.0:
+        spread[1] = max(spread[1], _spread_above(cost, best, 1, bounds[1][1]))
     widths = [
         _NORMAL_95 * share * value for share, value in zip(spread, (white, size, time), strict=True)
     ]
@@ -238,3 +243,18 @@ def _logarithmic_spread(cost: Callable[[Array], float], best: Array) -> list[flo
         curvature = (cost(best + shift) - 2.0 * lowest + cost(best - shift)) / step**2
         spread.append(1.0 / math.sqrt(max(curvature, 1.0)))
     return spread
+
+
+def _spread_above(cost: Callable[[Array], float], best: Array, index: int, largest: float) -> float:
+    """The same upwards, by how far a logarithm can rise before 95 % speak against it.
+
+    For a size that the residuals may do without: there the cost is flat below, and no parabola.
+    """
+    lowest = cost(best)
+    risen, before, shift = 0.0, 0.0, np.zeros(len(best))
+    while risen < _RISE_95 and best[index] + shift[index] < largest:
+        before = risen
+        shift[index] += _FLAT_STEP
+        risen = cost(best + shift) - lowest
+    share = 1.0 if risen <= before else min(1.0, (_RISE_95 - before) / (risen - before))
+    return float(shift[index] - (1.0 - share) * _FLAT_STEP) / _NORMAL_95

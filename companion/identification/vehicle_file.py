@@ -101,7 +101,7 @@ def vehicle_yaml(identified: Identified, vehicle: VehicleConfig) -> str:
     assert noise is not None
     hover = identified.hover_thrust
     lines = [
-        "# Written by `companion identify`.  Intervals (±) hold 95 of 100 flights.",
+        "# Written by `companion identify`.  Intervals (±, or from to) are of 95 %.",
         f"name: {json.dumps(vehicle.name, ensure_ascii=False)}",
         "source: >-",
         *_folded(vehicle.source),
@@ -217,9 +217,18 @@ def _noise(noise: NoiseConfig, identified: Identified) -> list[str]:
         ("acceleration_m_s2_sqrt_hz", found.acceleration_m_s2_sqrt_hz),
     ):
         values = ", ".join(f"{value:g}" for value in getattr(noise, name))
-        widths = ", ".join(f"{axis.half_width_95:.2g}" for axis in axes)
-        lines += _commented(f"  {name}: [{values}]", f"± {widths}")
+        lines += _commented(f"  {name}: [{values}]", _widths(axes))
     return [*lines, *_commented(f"  tilt_rad: {noise.tilt_rad:g}", _interval(found.tilt_rad))]
+
+
+def _widths(axes: Sequence[Estimate]) -> str:
+    """``± 1, 2, 3``, or the ends of intervals that are not symmetric."""
+    if all(axis.ends_95 is None for axis in axes):
+        return "± " + ", ".join(f"{axis.half_width_95:.2g}" for axis in axes)
+    return ", ".join(
+        f"{axis.low:.2g} to {axis.high:.2g}" if axis.low > 0.0 else f"at most {axis.high:.2g}"
+        for axis in axes
+    )
 
 
 def _interval(estimate: Estimate) -> str:

@@ -130,8 +130,16 @@ def estimates_table(identified: Identified) -> Table:
     table.add_column("± 95 %", justify="right")
     table.add_column("unit")
     for name, estimate in estimates_of(identified):
-        table.add_row(name, f"{estimate.value:.4g}", f"{estimate.half_width_95:.2g}", estimate.unit)
+        table.add_row(name, f"{estimate.value:.4g}", _width(estimate), estimate.unit)
     return table
+
+
+def _width(estimate: Estimate) -> str:
+    if estimate.ends_95 is None:
+        return f"{estimate.half_width_95:.2g}"
+    if estimate.low <= 0.0:
+        return f"at most {estimate.high:.2g}"
+    return f"{estimate.low:.2g} to {estimate.high:.2g}"
 
 
 def print_identification(
