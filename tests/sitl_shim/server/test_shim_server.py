@@ -92,11 +92,14 @@ async def test_a_link_latches_onto_its_first_peer_for_good() -> None:
         packer = Packer(1, 191)
         first.sendto(packer.pack(dialect.MAVLink_ping_message(1, 1, 0, 0)), bound[0].local)
         await latched.hears_something()
-        peer.names.clear()
         request = dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0)
-        sender.sendto(packer.pack(request), bound[0].local)
-        while "AUTOPILOT_VERSION" not in latched.names:
-            await latched.hears_something()
+        # What was on its way to the old peer when the link latched arrives during the first round.
+        for _ in range(2):
+            peer.names.clear()
+            latched.names.clear()
+            sender.sendto(packer.pack(request), bound[0].local)
+            while "AUTOPILOT_VERSION" not in latched.names:
+                await latched.hears_something()
         assert peer.names == []
 
 
