@@ -24,7 +24,7 @@ class MonitorConfig(Section):
         default=0.95, description="Of the projection's bound of |σ̂|."
     )
     slew_floor_rad_s: Positive = Field(
-        default=1.0, description="Rms rate of the commanded tilt that is always well."
+        default=1.3, description="Rms rate of the commanded tilt that is always well."
     )
     slew_per_noise: NonNegative = Field(
         default=6.0,
