@@ -42,26 +42,40 @@ def load_data_file(path: Path, model: type[_Model], what: str) -> _Model:
         raise DataFileError(
             f"{what} file {path}: cannot be read ({error}); give the path of a readable YAML file."
         ) from error
+    return parse_data(text, model, f"{what} file {path}")
+
+
+def parse_data(text: str, model: type[_Model], where: str) -> _Model:
+    """Validate YAML text.
+
+    Args:
+        text: the YAML.
+        model: what it must hold; sequences arrive as tuples.
+        where: what messages begin with.
+
+    Raises:
+        DataFileError: it is not YAML, or does not fit the model.
+    """
     try:
         root = yaml.compose(text, Loader=yaml.SafeLoader)
         data = _with_tuples(yaml.safe_load(text))
     except (yaml.YAMLError, ValueError) as error:  # ValueError: a date that there is not
-        raise DataFileError(f"{what} file {path}: is not valid YAML: {error}") from error
+        raise DataFileError(f"{where}: is not valid YAML: {error}") from error
     except RecursionError:
         raise DataFileError(
-            f"{what} file {path}: nests too deeply; does an anchor (&) hold its own alias (*)?"
+            f"{where}: nests too deeply; does an anchor (&) hold its own alias (*)?"
         ) from None
     if not isinstance(root, yaml.MappingNode):
         raise DataFileError(
-            f"{what} file {path}: must be a mapping of keys to values; "
+            f"{where}: must be a mapping of keys to values; "
             f"the keys are {', '.join(model.model_fields)}."
         )
-    _refuse_duplicates(root, path, what)
+    _refuse_duplicates(root, where)
     try:
         return model.model_validate(data)
     except ValidationError as error:
         complaints = [_complaint(detail, root, model) for detail in error.errors()]
-        raise DataFileError(f"{what} file {path}: " + " ".join(complaints)) from error
+        raise DataFileError(f"{where}: " + " ".join(complaints)) from error
 
 
 def resolve_data_path(name_or_path: str | Path, folder: Path, what: str) -> Path:
@@ -95,11 +109,11 @@ def _with_tuples(value: Any) -> Any:  # noqa: ANN401 - whatever YAML can hold
     return value
 
 
-def _refuse_duplicates(node: yaml.Node, path: Path, what: str) -> None:
+def _refuse_duplicates(node: yaml.Node, where: str) -> None:
     """PyYAML keeps the last of two equal keys silently; here that is an error."""
     if isinstance(node, yaml.SequenceNode):
         for item in node.value:
-            _refuse_duplicates(item, path, what)
+            _refuse_duplicates(item, where)
     if not isinstance(node, yaml.MappingNode):
         return
     lines: dict[str, int] = {}
@@ -107,11 +121,11 @@ def _refuse_duplicates(node: yaml.Node, path: Path, what: str) -> None:
         line = key.start_mark.line + 1
         if key.value in lines:
             raise DataFileError(
-                f"{what} file {path}: line {line}: the key '{key.value}' is there already, "
+                f"{where}: line {line}: the key '{key.value}' is there already, "
                 f"in line {lines[key.value]}; keep one of them."
             )
         lines[key.value] = line
-        _refuse_duplicates(item, path, what)
+        _refuse_duplicates(item, where)
 
 
 def _complaint(detail: ErrorDetails, root: yaml.Node, model: type[DataModel]) -> str:

@@ -173,7 +173,7 @@ def code_digest() -> str:
 def _deciding_files() -> Iterator[tuple[str, Path]]:
     """Files of the two packages with their names, in a fixed order."""
     ours = Path(companion.__file__).parent
-    skipped = {"__pycache__", "_configs", "_scenarios"}
+    skipped = {"__pycache__", "_configs", "_scenarios", "_faults"}
     roots = [p for p in sorted(ours.iterdir()) if p.is_dir() and p.name not in _NO_INFLUENCE]
     files = [ours / name for name in _DECIDING]
     roots.append(shim_folder())
