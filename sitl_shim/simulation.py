@@ -7,6 +7,7 @@ from pathlib import Path
 from sitl_shim.autopilot.flavours import aiding_of, make_autopilot
 from sitl_shim.autopilot.interface import TICK_S, TICK_US, Autopilot
 from sitl_shim.data_file import DataFileError
+from sitl_shim.faults.schema import NO_FAULTS, load_faults
 from sitl_shim.frames import Vector3
 from sitl_shim.plant.payload import LEAST_MASS_SHARE
 from sitl_shim.plant.quadrotor import Plant
@@ -31,6 +32,8 @@ class ShimOptions:
     """Name of a vehicle, or path of a vehicle file."""
     scenario: str | Path = "calm"
     """Name of a scenario of winds and events, or path of a scenario file."""
+    faults: str | Path | None = None
+    """What goes wrong on purpose: the name of a file of faults, the path of one, or its text."""
     sensors: str | Path | None = None
     """Name of a sensor profile, or path of one, in place of the vehicle's own."""
     seed: int = 0
@@ -42,7 +45,7 @@ class ShimOptions:
     airborne_at_enu_m: Vector3 | None = None
     """Begin booted, armed and holding there, instead of standing at the origin."""
     parameters: dict[str, float] = field(default_factory=dict)
-    """Autopilot parameters that differ from the vehicle's, by name."""
+    """Autopilot parameters that differ from the vehicle's and from the faults', by name."""
     boot_scale: float = 1.0
     """The times of ArduPilot's long boot (40 s to a position) are multiplied by it."""
     truth: bool = True
@@ -67,9 +70,9 @@ class Simulation:
     """One vehicle under its autopilot.
 
     Raises:
-        ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter, or a
-            scenario that does not suit the vehicle, or a start below the ground; the text says
-            which and what there is.
+        ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter, faults that
+            are none, a scenario that does not suit the vehicle, or a start below the ground; the
+            text says which and what there is.
     """
 
     def __init__(self, options: ShimOptions) -> None:
@@ -79,17 +82,20 @@ class Simulation:
         airborne = options.airborne_at_enu_m
         if airborne is not None and not (all(map(isfinite, airborne)) and airborne[2] > 0.0):
             raise ValueError(f"a flight cannot begin in the air at {airborne} m, ENU")
-        self._moments = Moments()
+        self.moments = Moments()
+        """What the times of events and faults count from."""
+        self.faults = NO_FAULTS if options.faults is None else load_faults(options.faults)
+        """What goes wrong on purpose."""
         self._scenario = scenario
-        self._awaits_setpoints = awaits_setpoints(scenario)
+        self._awaits_setpoints = awaits_setpoints(scenario) or self.faults.await_setpoints
         self._plant = Plant(
             self.vehicle,
-            make_wind(scenario, options.seed, self._moments),
+            make_wind(scenario, options.seed, self.moments),
             seed=options.seed,
             step_s=TICK_S,
             airborne_at_enu_m=airborne,
             events=(*scenario.payload, *scenario.motors),
-            moments=self._moments,
+            moments=self.moments,
         )
         own = self.vehicle.sensor_profile
         profile = load_profile(own if options.sensors is None else options.sensors)
@@ -97,7 +103,11 @@ class Simulation:
         self.origin = _ORIGINS.get(options.autopilot, GlobalOrigin())
         self.autopilot: Autopilot = make_autopilot(
             options.autopilot,
-            self.vehicle.parameters_of(options.autopilot) | options.parameters,
+            {
+                **self.vehicle.parameters_of(options.autopilot),
+                **self.faults.parameters_of(options.autopilot),
+                **options.parameters,
+            },
             seed=options.seed,
             origin_altitude_amsl_m=self.origin.altitude_amsl_m,
             airborne=airborne is not None,
@@ -154,7 +164,7 @@ class Simulation:
     def happened(self) -> list[Happened]:
         """The scenario's events in flight so far, in their order."""
         time_s = self.time_us * 1e-6
-        return happened(self._scenario, self._moments, self.vehicle.mass_kg, time_s)
+        return happened(self._scenario, self.moments, self.vehicle.mass_kg, time_s)
 
 
 def _refuse_too_light(scenario: Scenario, vehicle: VehicleModel, name_or_path: str | Path) -> None:

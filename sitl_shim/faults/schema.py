@@ -154,6 +154,15 @@ class Faults(DataModel):
     parameters: dict[Flavour, dict[str, float]] = Field(default_factory=dict)
     """Autopilot parameters that the vehicle has from the boot on, by flavour."""
 
+    @property
+    def await_setpoints(self) -> bool:
+        """Whether anything counts from the first setpoints."""
+        return any(fault.since == "setpoints" for fault in (*self.link, *self.vehicle))
+
+    def parameters_of(self, flavour: str) -> dict[str, float]:
+        """Autopilot parameters of a flavour; empty where nothing is said of it."""
+        return next((found for name, found in self.parameters.items() if name == flavour), {})
+
 
 NO_FAULTS = Faults()
 
