@@ -71,6 +71,14 @@ def fly(
             metavar="NAME|FILE",
         ),
     ] = None,
+    faults: Annotated[
+        str | None,
+        typer.Option(
+            help="What goes wrong on purpose in the embedded shim: bad-link, slow-link, or a "
+            "faults' YAML file.",
+            metavar="NAME|FILE",
+        ),
+    ] = None,
     sensors: Annotated[
         str | None,
         typer.Option(
@@ -138,6 +146,7 @@ def fly(
         "controller": controller,
         "vehicle": vehicle,
         "wind": wind,
+        "faults": faults,
         "sensors": sensors,
         "seed": seed,
         "autopilot": autopilot,

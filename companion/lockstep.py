@@ -237,6 +237,7 @@ async def _embedded(
                 sensors=options.sensors,
                 parameters=dict(options.parameters),
                 boot_scale=options.boot_scale,
+                faults=options.faults,
                 signing_key=options.signing_key,
                 airborne_at_enu_m=airborne_at_enu_m,
             ),

@@ -1,6 +1,6 @@
 """What a mission, a vehicle and a controller file may say."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -363,6 +363,14 @@ class MissionConfig(Section):
             raise ValueError("test trajectories are numbered 1 to 5; else give a CSV or YAML file")
         return value
 
+    @field_validator("faults", mode="before")
+    @classmethod
+    def _names_or_keys(cls, value: object) -> object:
+        keys = isinstance(value, dict) and all(isinstance(key, str) for key in value)
+        if not keys and value is not None and not (isinstance(value, str) and value):
+            raise ValueError("a name, a YAML file, or keys such as link and vehicle are expected")
+        return value
+
     trajectory: int | str = Field(default=4, description="1 … 5, or a CSV or YAML file.")
     controller: str = "mpc-l1"
     vehicle: str = "bebop2"
@@ -374,6 +382,11 @@ class MissionConfig(Section):
         description="What is streamed: attitudes, or body rates by the companion's own loop.",
     )
     wind: str = Field(default="calm", description="A scenario of the embedded shim.")
+    faults: str | dict[str, Any] | None = Field(
+        default=None,
+        description="What goes wrong on purpose in the embedded shim: faults by name, a YAML "
+        "file, or their keys.",
+    )
     sensors: str | None = Field(
         default=None,
         description="A sensor profile of the embedded shim in place of the vehicle's own, by name "

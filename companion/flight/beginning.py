@@ -66,6 +66,11 @@ def shim_options(config: FlightConfig, *, lockstep: bool) -> ShimOptions | None:
                 "--sensors belongs to the embedded shim; with --connect the vehicle has its own. "
                 "Leave one of the two out (`sensors` and `connect` in a mission file)."
             )
+        if mission.faults is not None:
+            raise ConfigError(
+                "--faults belongs to the embedded shim; a real vehicle is not hurt on purpose. "
+                "Leave one of the two out (`faults` and `connect` in a mission file)."
+            )
         if lockstep:
             raise ConfigError(
                 "--lockstep belongs to the embedded shim; with --connect time is real. Leave one "

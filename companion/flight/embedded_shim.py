@@ -1,6 +1,8 @@
-"""Which embedded shim flies a configured mission: vehicle, wind, seed."""
+"""Which embedded shim flies a configured mission: vehicle, wind, faults, seed."""
 
 from pathlib import Path
+
+import yaml
 
 from companion.config.models import MissionConfig
 from companion.config.resolve import FlightConfig, find_config, shipped_names
@@ -10,13 +12,15 @@ from companion.mocap.parameters import misfits
 
 _BOOT_SCALES = {"ardupilot": 0.1}
 """A real ArduPilot takes 42 s until its estimator has a position: nobody learns from the wait."""
+_ONE_LINE = 1_000_000
+"""Letters: longer than anything that a mission says."""
 
 
 def embedded_shim(config: FlightConfig) -> ShimOptions:
     """What the embedded shim is told for a flight.
 
     Raises:
-        ConfigError: it has no such vehicle, or the scenario is not there.
+        ConfigError: it has no such vehicle, or the scenario or the faults are not there.
     """
     mission = config.mission
     autopilot = "px4" if mission.autopilot == "auto" else mission.autopilot
@@ -28,6 +32,7 @@ def embedded_shim(config: FlightConfig) -> ShimOptions:
         sensors=mission.sensors,
         boot_scale=_BOOT_SCALES.get(autopilot, 1.0),
         parameters=_parameters(mission, autopilot),
+        faults=faults_text(mission),
     )
 
 
@@ -78,3 +83,19 @@ def _scenario(mission: MissionConfig) -> Path:
     path = find_config("scenario", name, also=["fan"]).resolve()
     read_yaml(path)  # what it says is the shim's; that it is YAML is known before anything starts
     return path
+
+
+def faults_text(mission: MissionConfig) -> str | None:
+    """What the shim is told of faults: the file's path, or the faults themselves as YAML.
+
+    Raises:
+        ConfigError: there is no such file, or it is not YAML.
+    """
+    faults = mission.faults
+    if isinstance(faults, dict):
+        return yaml.safe_dump(faults, default_flow_style=True, sort_keys=False, width=_ONE_LINE)
+    if faults is None or faults.lstrip().startswith("{"):
+        return faults
+    path = find_config("fault", faults).resolve()
+    read_yaml(path)  # what it says is the shim's, as of a scenario
+    return str(path)

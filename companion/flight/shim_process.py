@@ -32,6 +32,8 @@ class ShimOptions:
     """What the time from boot to readiness is multiplied by."""
     mocap_port: int | None = None
     """UDP port to which the room's cameras send poses; None: there are none."""
+    faults: str | None = None
+    """What goes wrong on purpose: a YAML file's path, or YAML that begins with ``{``."""
     signing_key: bytes | None = field(default=None, repr=False)
     """32 bytes, with which packets are signed and must be signed; None: they need not be."""
 
@@ -113,6 +115,7 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
         *([] if options.boot_scale == 1.0 else [f"--boot-scale={options.boot_scale}"]),
         *([] if options.sensors is None else [f"--sensors={options.sensors}"]),
         *(f"--parameter={name}={value}" for name, value in options.parameters.items()),
+        *([] if options.faults is None else [f"--faults={options.faults}"]),
         *([] if options.mocap_port is None else [f"--mocap-port={options.mocap_port}"]),
         "--onboard-port=0",
         f"--onboard-remote={companion_port}",

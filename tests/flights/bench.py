@@ -9,6 +9,7 @@ from pathlib import Path
 from companion.config.resolve import configs_folder, load_flight
 from companion.flight.assemble import make_trajectory
 from companion.flight.conduct import Outcome
+from companion.flight.embedded_shim import faults_text
 from companion.flight.inbox import Inbox
 from companion.flight.records import CHANNELS
 from companion.flight.shim_process import ShimOptions
@@ -114,8 +115,14 @@ class Bench:
         shim_key=None,
         boot_scale=0.1,
         parameters=None,
+        faults=None,
     ):
-        """Fly a short mission, or what the options say."""
+        """Fly a short mission, or what the options say.
+
+        `faults` is a file's path, a shipped name, YAML that begins with a brace, or a dict.
+        """
+        if faults is not None:
+            options = {"faults": faults} | (options or {})
         overrides = {"trajectory": str(self.folder / "short.csv"), "seed": 1} | (options or {})
         keys = {"hover_s": "0.2"} | (settings or {})
         config = load_flight(None, overrides, keys)
@@ -136,6 +143,7 @@ class Bench:
             sensors,
             parameters or {},
             boot_scale=boot_scale if autopilot == "ardupilot" else 1.0,
+            faults=faults_text(mission),
             signing_key=shim_key,
         )
         outcome = fly_in_lockstep(

@@ -148,6 +148,7 @@ def test_a_vehicle_that_the_shim_does_not_have(here):
     ("arguments", "says"),
     [
         (("--wind", "calm"), "--wind belongs to the embedded shim; with --connect"),
+        (("--faults", "bad-link"), "--faults belongs to the embedded shim; a real vehicle is"),
         (("--set", "wind=calm"), "--wind belongs to the embedded shim; with --connect"),
         (("--lockstep",), "--lockstep belongs to the embedded shim; with --connect"),
     ],

@@ -74,6 +74,9 @@ def test_an_unknown_key_like_no_other_is_told_with_all_that_there_are():
             "line 4: 'origin.offset_enu_m.1': input should be a valid num",
         ),
         ("origin: {offset_enu_m: up}", "'origin.offset_enu_m': input should be a valid list"),
+        ("faults: [a]", "'faults': a name, a YAML file, or keys such as link and vehicle are"),
+        ("faults: {1: a}", "'faults': a name, a YAML file, or keys"),
+        ("faults: no", "'faults': a name, a YAML file, or keys"),
         ("origin: {heading_deg: north}", "input should be 'vehicle'"),
     ],
 )
@@ -318,13 +321,14 @@ def test_paths_in_a_mission_are_relative_to_it_and_options_to_where_one_is(tmp_p
         text = source.read_text(encoding="utf-8").replace("hover_thrust: 0.5", "hover_thrust: 0.4")
         (folder / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    text = "vehicle: mine.yaml\ncontroller: gains.yaml\nwind: w.yaml\ntrajectory: own.csv\n"
+    text = "vehicle: mine.yaml\ncontroller: gains.yaml\nwind: w.yaml\ntrajectory: own.csv\nfaults: f.yaml\n"
     (folder / "m.yaml").write_text(text, encoding="utf-8")
 
     config = load_flight(Path("missions/m.yaml"), {}, {})
     assert config.vehicle.hover_thrust == 0.4
     assert config.mission.trajectory == "missions/own.csv"
     assert config.mission.wind == "missions/w.yaml"
+    assert config.mission.faults == "missions/f.yaml"
     overridden = load_flight(Path("missions/m.yaml"), {"trajectory": "own.csv"}, {"wind": "w.yaml"})
     assert (overridden.mission.trajectory, overridden.mission.wind) == ("own.csv", "w.yaml")
 
