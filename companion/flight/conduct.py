@@ -16,11 +16,14 @@ from companion.control.qp.port import QpSolverFactory
 from companion.flight.assemble import supervisor_limits
 from companion.flight.assemble_plus import thrust_before_asking
 from companion.flight.check.inspector import Inspector
+from companion.flight.configuration_record import configuration_record
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.experiment import Experiment, ExperimentFlight
 from companion.flight.inbox import Inbox
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
+from companion.flight.records import CONFIGURATION
+from companion.flight.setpoints import inputs
 from companion.flight.setpoints.control_loop import ControlLoop
 from companion.flight.setpoints.setpoint_stream import SetpointStream
 from companion.flight.setpoints.stack_runner import Change
@@ -119,6 +122,9 @@ async def conduct(
     """
     if real_time and scope is not FlightScope.WHOLE:
         raise ValueError("only a simulated vehicle in lockstep is taken over in the air")
+    begun_s = asyncio.get_running_loop().time()
+    replayable = make_solver is None and experiment is None
+    log.record(CONFIGURATION.topic, begun_s, configuration_record(config, replayable=replayable))
     connection = Connection(link, log, signing, system_id=config.mission.link.system_id)
     voice = Voice(observer, log, connection.say)
     control = ControlLoop(
@@ -137,6 +143,7 @@ async def conduct(
             return
         stacks = make_stacks(config, make_solver, thrust=thrust)
         control.adopt(stacks, supervisor_limits(config.mission))
+        stream.note(inputs.ADOPT, inputs.adopt_values(thrust))
 
     punctuality = Punctuality(period_s=1.0 / config.mission.state_rate_hz)
     stream = SetpointStream(connection, control, log, voice, punctuality)

@@ -60,6 +60,9 @@ CONTROL = ChannelSpec(
         Field("delay_gauge", description="loop delay beyond the stated one, over its bound"),
         Field("segment", "string", "part of an experiment; empty in an ordinary flight"),
         Field("left", "string", "which part of an experiment is not flown in its time, and why"),
+        Field("state_age_s", description="of a step in silence: since the newest usable sample"),
+        Field("unusable", "string", "of a step in silence: what was wrong with what came"),
+        Field("sent", "boolean", "a setpoint left"),
     ),
     "one record for each sample of the state while setpoints flow, and for each step taken in "
     'silence (phase "silence", without a state)',
@@ -96,7 +99,30 @@ EVENT = ChannelSpec(
     "what a person was told",
 )
 
-CHANNELS = (CONTROL, PLAN, FEEDBACK, EVENT)
+INPUT = ChannelSpec(
+    "input",
+    (
+        Field("kind", "string", "adopt, start, engage or hold"),
+        Field("values", "object", "exact, as the control loop was given them"),
+    ),
+    "what the control loop is told besides samples, for the replay",
+)
+
+CONFIGURATION = ChannelSpec(
+    "configuration",
+    (
+        Field("mission", "object"),
+        Field("vehicle", "object"),
+        Field("controller", "object"),
+        Field("others", "object", "controllers that the flight may be handed over to"),
+        Field("trajectory_file", "string", "its text; empty for one of the test trajectories"),
+        Field("replayable", "boolean", "the setpoints follow from what is recorded"),
+        Field("made_by", "object", "versions and machine"),
+    ),
+    "all that the flight was told, once at its beginning",
+)
+
+CHANNELS = (CONTROL, PLAN, FEEDBACK, EVENT, INPUT, CONFIGURATION)
 
 _NO_VECTOR = (math.nan,) * 3
 _NO_QUATERNION = (math.nan,) * 4
@@ -109,6 +135,7 @@ def control_record(
     phase: str,
     timing_s: tuple[float, float, float],
     computed_us: float,
+    sent: bool,
 ) -> dict[str, Any]:
     """Record of a tick.
 
@@ -119,6 +146,7 @@ def control_record(
         phase: of the flight.
         timing_s: arrival, loop delay, latency.
         computed_us: processing time.
+        sent: a setpoint left.
     """
     received_s, delay_s, latency_s = timing_s
     record: dict[str, Any] = {
@@ -139,19 +167,32 @@ def control_record(
         "attitude_setpoint_flu_to_enu": output.attitude_flu_to_enu or _NO_QUATERNION,
         "rate_setpoint_flu_rad_s": output.rate_flu_rad_s or _NO_VECTOR,
         "thrust": output.thrust,
+        "state_age_s": 0.0,
+        "unusable": "",
+        "sent": sent,
     }
     record.update(_NO_STACK if output.stack is None else _stack_fields(output.stack))
     record.update(_NO_WATCH if output.watch is None else _watch_fields(output.watch))
     return record
 
 
-def silence_record(autopilot_time_s: float, now_s: float, output: Output) -> dict[str, Any]:
+def silence_record(
+    autopilot_time_s: float,
+    now_s: float,
+    state_age_s: float,
+    unusable: str,
+    output: Output,
+    sent: bool,
+) -> dict[str, Any]:
     """Record of a tick at which no sample could be flown on: what was sent, and why.
 
     Args:
         autopilot_time_s: the autopilot's clock, estimated.
         now_s: the loop's clock.
+        state_age_s: since the newest usable sample arrived.
+        unusable: what was wrong with what came; empty if nothing came.
         output: what was decided.
+        sent: a setpoint left.
     """
     return {
         "autopilot_time_s": autopilot_time_s,
@@ -171,6 +212,9 @@ def silence_record(autopilot_time_s: float, now_s: float, output: Output) -> dic
         "attitude_setpoint_flu_to_enu": output.attitude_flu_to_enu or _NO_QUATERNION,
         "rate_setpoint_flu_rad_s": output.rate_flu_rad_s or _NO_VECTOR,
         "thrust": output.thrust,
+        "state_age_s": state_age_s,
+        "unusable": unusable,
+        "sent": sent,
         **_NO_STACK,
         **_NO_WATCH,
     }

@@ -6,29 +6,33 @@ would take a resumed stream for consent.
 """
 
 import asyncio
+import contextlib
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from companion.control.monitor import NO_GAUGES
 from companion.control.mpc import MpcRecord
 from companion.flight.observer import TickView
 from companion.flight.records import (
+    INPUT,
     control_record,
     feedback_record,
     plan_record,
     silence_record,
 )
+from companion.flight.setpoints import inputs
 from companion.flight.setpoints.announcer import Announcer, Condition
 from companion.flight.setpoints.control_loop import ControlLoop, Output
 from companion.flight.setpoints.stack_runner import Change, Watch
 from companion.flight.setpoints.supervisor import Rung
+from companion.flight.setpoints.timeline import Timeline
 from companion.flight.setpoints.timing import Punctuality
 from companion.flight.stages.handing_over import HandingOver
 from companion.flight.vehicle.connection import Connection
 from companion.flight.voice import RecordLog, Voice
-from companion.frames import Quaternion, tilt_cosine
+from companion.frames import Quaternion, Vector3, tilt_cosine
 from companion.mavlink.setpoints import (
     AttitudeSetpoint,
     BodyRateSetpoint,
@@ -43,6 +47,8 @@ _LATE_S = 0.02
 _LONGEST_DELAY_S = 0.2
 _CLOCK_ERROR_S = 0.5
 """A sample from further ahead than this is no error of our estimate: its clock has jumped."""
+_EXACT_DIGITS = 6
+"""What the control loop is given is rounded to whole microseconds: the log keeps that exactly."""
 LONGEST_PAUSE_S = 0.5
 """By the autopilot's clock; half of the second after which PX4's failsafe acts by default."""
 
@@ -83,6 +89,9 @@ class SetpointStream:
         self._unusable = ""
         """What was wrong with the samples since."""
         self._record_trouble_told = False
+        self._ticking = False
+        self._after_tick: list[tuple[str, Mapping[str, Any]]] = []
+        """Inputs that came up within a tick: they are recorded behind it."""
         self._left_told = ""
         self._sent_s: float | None = None
         """When the last setpoint went out; None if none has since the start."""
@@ -109,7 +118,22 @@ class SetpointStream:
         self._sent_s = None
         self.stopped_because = ""
         self.running = True
+        source = self._connection.samples.source.name
+        self.note(inputs.START, {"idle": idle, "source": source})
         self._connection.health.active()
+
+    def engage(self, timeline: Timeline, yaw_rad: float, anchor_enu_m: Vector3) -> None:
+        """Let the controller take over; arguments as of `ControlLoop.engage`."""
+        self.control.engage(timeline, yaw_rad, anchor_enu_m)
+        self.note(inputs.ENGAGE, inputs.engage_values(timeline, yaw_rad, anchor_enu_m))
+
+    def note(self, kind: str, values: Mapping[str, Any]) -> None:
+        """Record what the control loop is told besides samples, in its place among the ticks."""
+        if self._ticking:
+            self._after_tick.append((kind, values))
+            return
+        now_s = asyncio.get_running_loop().time()
+        self._keep(INPUT.topic, now_s, lambda: {"kind": kind, "values": values})
 
     def hand_over(self, reason: str, *, hold: bool = True) -> None:
         """Give the vehicle to the autopilot in its own way, and stop.
@@ -130,6 +154,9 @@ class SetpointStream:
         else:
             return
         self._connection.health.emergency()
+        if level is not None:
+            held = (level.attitude_flu_to_enu, level.thrust)
+            self.note(inputs.HOLD, inputs.hold_values(held))
         self.handing_over.begin(level)
 
     def give_up(self, reason: str, *, hold: bool = True) -> None:
@@ -191,15 +218,22 @@ class SetpointStream:
         if connection.state is None:
             return
         rate = connection.clock.rate if connection.clock.valid else 1.0
-        age = (now_s - self._fresh_s) * rate
+        age = _exact((now_s - self._fresh_s) * rate)
         autopilot_s = connection.state.time_s + age
         if connection.clock.valid:
             autopilot_s = connection.clock.autopilot_time(now_s)
+        autopilot_s = _exact(autopilot_s)
         why = connection.samples.rejected_because or self._unusable
         output = self.control.on_silence(autopilot_s, age, why)
-        if output is not None:
-            self._act(output, autopilot_s)
-            self._keep("control", now_s, lambda: silence_record(autopilot_s, now_s, output))
+        if output is None:
+            return
+        with self._tick():
+            sent = self._act(output, autopilot_s)
+            self._keep(
+                "control",
+                now_s,
+                lambda: silence_record(autopilot_s, now_s, age, why, output, sent),
+            )
 
     def _on_state(self, state: VehicleState, received_s: float) -> None:
         if not self.running:
@@ -215,7 +249,7 @@ class SetpointStream:
         if age > self.control.state_age_limit_s or age < -_CLOCK_ERROR_S:
             self._unusable = f"the newest sample is {age * 1e3:.0f} ms old by the common clock"
             return
-        delay = self.loop_delay_s(state, received_s)
+        delay = _exact(self.loop_delay_s(state, received_s))
         started = time.perf_counter()
         output = self.control.on_sample(state, delay)
         computed_us = (time.perf_counter() - started) * 1e6
@@ -224,11 +258,25 @@ class SetpointStream:
             return
         self._fresh_s = received_s
         self._unusable = ""
-        sent = self._act(output, state.time_s)
-        sent_s = asyncio.get_running_loop().time()
-        if sent:
-            self.punctuality.tick(received_s, sent_s)
-        self._record(state, output, (received_s, delay, sent_s - received_s), computed_us)
+        with self._tick():
+            sent = self._act(output, state.time_s)
+            sent_s = asyncio.get_running_loop().time()
+            if sent:
+                self.punctuality.tick(received_s, sent_s)
+            timing_s = (received_s, delay, sent_s - received_s)
+            self._record(state, output, timing_s, computed_us, sent)
+
+    @contextlib.contextmanager
+    def _tick(self) -> Iterator[None]:
+        """What a tick leads to is recorded behind it, as it was decided after it."""
+        self._ticking = True
+        try:
+            yield
+        finally:
+            self._ticking = False
+            noted, self._after_tick = self._after_tick, []
+            for kind, values in noted:
+                self.note(kind, values)
 
     def _act(self, output: Output, autopilot_s: float) -> bool:
         """Send an output and tell of a change on the ladder; True if a setpoint went out."""
@@ -238,7 +286,7 @@ class SetpointStream:
                 return False
             try:
                 message = setpoint_message(
-                    _setpoint(output, output.attitude_flu_to_enu),
+                    setpoint_of(output, output.attitude_flu_to_enu),
                     autopilot_s,
                     self._connection.target,
                 )
@@ -313,6 +361,7 @@ class SetpointStream:
         output: Output,
         timing_s: tuple[float, float, float],
         computed_us: float,
+        sent: bool,
     ) -> None:
         """Keep and show what happened at a sample.
 
@@ -321,6 +370,7 @@ class SetpointStream:
             output: what was decided on it.
             timing_s: arrival, loop delay, latency.
             computed_us: processing time of the controller.
+            sent: a setpoint left.
         """
         received_s = timing_s[0]
         timeline = self.control.timeline
@@ -329,7 +379,7 @@ class SetpointStream:
         self._keep(
             "control",
             received_s,
-            lambda: control_record(state, output, desired, phase, timing_s, computed_us),
+            lambda: control_record(state, output, desired, phase, timing_s, computed_us, sent),
         )
         outer = output.stack.outer if output.stack is not None else None
         if isinstance(outer, MpcRecord):
@@ -358,6 +408,11 @@ class SetpointStream:
                 self._voice.tell("warning", text)
 
 
+def _exact(seconds: float) -> float:
+    """A time as the log keeps it."""
+    return round(seconds, _EXACT_DIGITS)
+
+
 def _instead(output: Output) -> str:
     """What flies in place of what was configured; empty if that flies."""
     watch = output.watch
@@ -365,7 +420,7 @@ def _instead(output: Output) -> str:
     return output.fallback or (watch.controller if watch is not None and below else "")
 
 
-def _setpoint(output: Output, attitude: Quaternion) -> Setpoint:
+def setpoint_of(output: Output, attitude: Quaternion) -> Setpoint:
     """What is sent of an output.
 
     Raises:

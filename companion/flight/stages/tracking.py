@@ -117,7 +117,7 @@ async def engage(flight: Flight) -> Timeline:
     )
     along_x = flight.yaw.desired == "zero"
     heading = placement.heading_rad if along_x else yaw_of(state.attitude_flu_to_enu)
-    stream.control.engage(timeline, heading, placement.anchor_enu_m)
+    stream.engage(timeline, heading, placement.anchor_enu_m)
     progress.timeline = timeline
     progress.completed = False
     return timeline
