@@ -1,0 +1,1 @@
+"""A recorded flight's inputs through the controller again."""
