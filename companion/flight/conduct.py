@@ -20,6 +20,7 @@ from companion.flight.configuration_record import configuration_record
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, LinkLostError
 from companion.flight.experiment import Experiment, ExperimentFlight
 from companion.flight.inbox import Inbox
+from companion.flight.log_keeper import log_keeper
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
 from companion.flight.records import CONFIGURATION
@@ -166,6 +167,7 @@ async def conduct(
         experiment=trial,
     )
     connection.on_trouble = partial(voice.tell, "error")
+    connection.chores.append(log_keeper(log, partial(voice.tell, "warning")))
     connection.admission.on_rejected = partial(voice.tell, "warning")
     connection.reports.on_text = voice.heard
     watch_link(flight)

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import os
 from pathlib import Path
 
 
@@ -19,7 +20,7 @@ class AppendFile:
         Raises:
             OSError: it exists already or cannot be made.
         """
-        self._file = io.FileIO(path, "x")
+        self._file = io.FileIO(path, "x+")
         self._buffer: list[bytes] = []
         self._flushed_bytes = 0
         self._size = 0
@@ -34,19 +35,29 @@ class AppendFile:
         """Size of the file, with what is not flushed yet."""
         return self._size
 
+    def read_at(self, position: int, size: int) -> bytes:
+        """Read what has been flushed, at most `size` bytes.
+
+        Raises:
+            OSError: it cannot be read.
+        """
+        return os.pread(self._file.fileno(), size, position)
+
     def flush(self) -> None:
         """Hand everything to the system.
 
         Raises:
             OSError: it refuses; the file ends where it did before, and the bytes are lost.
+            MemoryError: there is none left; the same.
         """
-        rest = memoryview(b"".join(self._buffer))
-        self._buffer.clear()
         try:
+            rest = memoryview(b"".join(self._buffer))
+            self._buffer.clear()
             while rest:
                 # One call may take only a part, when the disk fills up.
                 rest = rest[self._file.write(rest) or 0 :]
-        except OSError:
+        except (OSError, MemoryError):
+            self._buffer.clear()
             self._size = self._flushed_bytes
             self._file.seek(self._flushed_bytes)
             self._file.truncate()

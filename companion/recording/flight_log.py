@@ -24,8 +24,12 @@ class FlightLog:
 
     Nothing here raises once the flight has begun: when a file cannot be written any more, it is
     given up, `trouble` says so, and the flight goes on.  What has an impossible time (not finite,
-    negative, beyond 30 years) or cannot be encoded is counted as `lost`.  Everything reaches the
-    system at most `flush_interval_s` of the caller's time after it was given.
+    negative, beyond 30 years) or cannot be encoded is counted as `lost`.
+
+    The system is asked to write once each `flush_interval_s` of the caller's time, and never
+    before a setpoint that is due: not when something is sent or decided, but when a received
+    packet is recorded, which the connection does after all that came with it has been answered.
+    While nothing comes in, `flush_if_due` has to be called.
     """
 
     def __init__(
@@ -54,6 +58,7 @@ class FlightLog:
         """Packets and records that were given and not recorded."""
         self._interval_s = flush_interval_s
         self._flush_at_s = -float("inf")
+        self._receiving = False
         self._tlog: TlogWriter | None = None
         self._mcap: McapLog | None = None
         try:
@@ -67,8 +72,10 @@ class FlightLog:
             raise FlightLogError(_why_not(folder, error)) from error
 
     def frame_in(self, time_s: float, raw: bytes) -> None:
-        """Record a packet that was received."""
+        """Record a packet that was received; then hand everything to the system, if it is due."""
+        self._receiving = True
         self._frame(time_s, raw, sent=False)
+        self.flush_if_due(time_s)
 
     def frame_out(self, time_s: float, raw: bytes) -> None:
         """Record a packet that was sent."""
@@ -85,7 +92,8 @@ class FlightLog:
             self._give_up_mcap(error)
         except Exception:  # of the values, not of the file: the next record may be good
             self.lost += 1
-        self.flush_if_due(time_s)
+        if not self._receiving:
+            self.flush_if_due(time_s)
 
     def flush_if_due(self, time_s: float) -> None:
         """Hand everything to the system, if the interval is over."""
@@ -116,7 +124,6 @@ class FlightLog:
             self.lost += 1
             return
         self._tlog.write(time_s, raw, sent=sent)
-        self.flush_if_due(time_s)
 
     def _give_up_tlog(self, error: Exception) -> None:
         if self._tlog is not None:

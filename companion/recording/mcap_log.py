@@ -1,46 +1,45 @@
 """Controller records as MCAP (https://mcap.dev/spec), for Foxglove, PlotJuggler and replay.
 
 Records are JSON with a JSON Schema for each channel.  A flush ends a chunk, so an unfinished
-file holds whole chunks and can be read up to the last flush.
+file holds whole chunks and can be read up to the last flush.  The channels are told again every
+ten seconds, so that what comes behind damage can be read, too.
 """
 
-import io
 import json
-import os
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any
 
-from mcap.exceptions import EndOfFile
-from mcap.records import Channel, Message, Metadata
-from mcap.stream_reader import StreamReader
-from mcap.writer import CompressionType, Writer
+from mcap.records import Channel, Header, Metadata, Schema
 
 from companion.recording.append_file import AppendFile
 from companion.recording.json_record import RecordEncoder
+from companion.recording.mcap_parts import MAGIC, ChunkMaker, record_bytes
+from companion.recording.mcap_reader import BASE, CLOCK, LogRecord, read_records
+from companion.recording.mcap_summary import ending
 from companion.recording.schema import ChannelSpec, json_schema, spec_from_record
 
-_LIBRARY = "companion"
-_CLOCK = "clock"
-_BASE = "base_us"
-_MAGIC_BYTES = 8
-_RECORD_HEADER_BYTES = 9
-_LARGEST_CHUNK = 256 * 1024
+__all__ = ["LogRecord", "McapLog", "read_records"]
 
-
-class LogRecord(NamedTuple):
-    """One record of a log."""
-
-    topic: str
-    time_s: float
-    """The writer's time (loop time of the flight)."""
-    values: dict[str, Any]
+LIBRARY = "companion"
+_LARGEST_CHUNK_BYTES = 256 * 1024
+_TOLD_AGAIN_S = 10.0
 
 
 class McapLog:
     """Writes records; they reach the system at `flush`."""
 
-    __slots__ = ("_base_ns", "_channels", "_file", "_writer")
+    __slots__ = (
+        "_base_ns",
+        "_channels",
+        "_chunk",
+        "_file",
+        "_metadata",
+        "_records_of_channels",
+        "_records_of_schemas",
+        "_tell_again_s",
+    )
 
     def __init__(self, path: Path, channels: Sequence[ChannelSpec] = (), base_us: int = 0) -> None:
         """Create the file.
@@ -56,30 +55,35 @@ class McapLog:
         """
         self._file = AppendFile(path)
         self._base_ns = base_us * 1000
-        # The writer asks its stream for write, tell and flush, no more.
-        self._writer = Writer(
-            cast("io.BufferedWriter", self._file),
-            chunk_size=_LARGEST_CHUNK,
-            compression=CompressionType.ZSTD,
-        )
+        self._metadata = {BASE: str(base_us)}
+        self._chunk = ChunkMaker()
         self._channels: dict[str, tuple[int, RecordEncoder]] = {}
-        self._writer.start(library=_LIBRARY)
-        self._writer.add_metadata(_CLOCK, {_BASE: str(base_us)})
+        self._records_of_schemas: list[bytes] = []
+        self._records_of_channels: list[bytes] = []
+        self._tell_again_s = -math.inf
+        self._file.write(MAGIC)
+        self._file.write(record_bytes(Header(profile="", library=LIBRARY)))
+        self._file.write(record_bytes(Metadata(name=CLOCK, metadata=self._metadata)))
         for spec in channels:
             self._add(spec)
 
     def write(self, topic: str, time_s: float, record: Mapping[str, Any]) -> None:
-        """Add one record.
-
-        Raises:
-            OSError: a chunk is full and the system refuses it.
-        """
+        """Add one record."""
         known = self._channels.get(topic)
         if known is None:
             known = self._add(spec_from_record(topic, record))
         channel, encoder = known
-        time_ns = self._base_ns + round(time_s * 1e9)
-        self._writer.add_message(channel, time_ns, encoder.encode(record), time_ns)
+        data = encoder.encode(record)
+        chunk = self._chunk
+        if time_s >= self._tell_again_s:
+            self._tell_again_s = time_s + _TOLD_AGAIN_S
+            for schema in self._records_of_schemas:
+                chunk.add(schema)
+            for known_channel in self._records_of_channels:
+                chunk.add(known_channel)
+        chunk.add_message(channel, self._base_ns + round(time_s * 1e9), data)
+        if chunk.size > _LARGEST_CHUNK_BYTES:
+            self._file.write(chunk.finish())
 
     def flush(self) -> None:
         """End the chunk and hand everything to the system.
@@ -87,18 +91,29 @@ class McapLog:
         Raises:
             OSError: it refuses (disk full); the file keeps the whole chunks from before.
         """
-        self._writer.flush()  # type: ignore[no-untyped-call]
+        if self._chunk.has_messages:
+            self._file.write(self._chunk.finish())
+        self._file.flush()
 
     def close(self) -> None:
         """Write the index and close; safe to call twice.
 
         Raises:
-            OSError: the last records cannot be written; the file is closed all the same.
+            OSError: the last records, or the index, cannot be written; the file is closed all
+                the same, and what it holds can be read.
         """
         if self._file.closed:
             return
         try:
-            self._writer.finish()  # type: ignore[no-untyped-call]
+            self.flush()
+            self._file.write(
+                ending(
+                    self._file.read_at,
+                    self._file.tell(),
+                    self._records_of_schemas,
+                    self._records_of_channels,
+                )
+            )
         finally:
             self._file.close()
 
@@ -107,45 +122,25 @@ class McapLog:
         self._file.abandon()
 
     def _add(self, spec: ChannelSpec) -> tuple[int, RecordEncoder]:
-        schema = self._writer.register_schema(
-            spec.topic, "jsonschema", json.dumps(json_schema(spec)).encode()
+        number = len(self._channels) + 1
+        schema = Schema(
+            id=number,
+            name=spec.topic,
+            encoding="jsonschema",
+            data=json.dumps(json_schema(spec)).encode(),
         )
-        channel = self._writer.register_channel(spec.topic, "json", schema)
-        self._channels[spec.topic] = (channel, RecordEncoder(spec))
+        channel = Channel(
+            id=number,
+            topic=spec.topic,
+            message_encoding="json",
+            metadata=self._metadata,
+            schema_id=number,
+        )
+        self._records_of_schemas.append(record_bytes(schema))
+        self._records_of_channels.append(record_bytes(channel))
+        if self._tell_again_s > -math.inf:
+            # Else all are told together before the first record.
+            self._chunk.add(self._records_of_schemas[-1])
+            self._chunk.add(self._records_of_channels[-1])
+        self._channels[spec.topic] = (number, RecordEncoder(spec))
         return self._channels[spec.topic]
-
-
-def read_records(path: str | os.PathLike[str]) -> Iterator[LogRecord]:
-    """Records of a log in the order of writing, up to where an unfinished file ends.
-
-    Raises:
-        OSError: the file cannot be read.
-        mcap.exceptions.McapError: it is no MCAP file.
-    """
-    data = Path(path).read_bytes()
-    topics: dict[int, str] = {}
-    base_ns = 0
-    reader = StreamReader(io.BytesIO(data[: _end_of_whole_records(data)]))
-    try:
-        for record in reader.records:
-            if isinstance(record, Message):
-                time_s = (record.log_time - base_ns) / 1e9
-                yield LogRecord(topics[record.channel_id], time_s, json.loads(record.data))
-            elif isinstance(record, Channel):
-                topics[record.id] = record.topic
-            elif isinstance(record, Metadata) and record.name == _CLOCK:
-                base_ns = int(record.metadata[_BASE]) * 1000
-    except EndOfFile:
-        return  # the writer was stopped before it could finish
-
-
-def _end_of_whole_records(data: bytes) -> int:
-    """Where the last record that is whole ends."""
-    end = _MAGIC_BYTES
-    while end + _RECORD_HEADER_BYTES <= len(data):
-        length = int.from_bytes(data[end + 1 : end + _RECORD_HEADER_BYTES], "little")
-        if end + _RECORD_HEADER_BYTES + length > len(data):
-            # The magic bytes at the end of a finished file are no record.
-            return len(data) if data[end:] == data[:_MAGIC_BYTES] else end
-        end += _RECORD_HEADER_BYTES + length
-    return len(data) if data[end:] == data[:_MAGIC_BYTES] else end
