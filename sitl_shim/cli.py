@@ -56,6 +56,14 @@ def run(
             "gust-front, weak-motor, or a YAML file."
         ),
     ] = "calm",
+    faults: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="What goes wrong: bad-link (loses a third of the packets), slow-link, or a YAML "
+            "file, or its text: '{link: [{loss: 0.1}]}'. See docs/faults.md.",
+        ),
+    ] = None,
     sensors: Annotated[
         str | None,
         typer.Option(
@@ -126,6 +134,7 @@ def run(
             autopilot=autopilot,
             vehicle=vehicle,
             scenario=scenario,
+            faults=faults,
             sensors=sensors,
             seed=seed,
             system_id=system_id,
@@ -217,11 +226,17 @@ def _say_ready(options: ShimOptions, bound: Sequence[BoundLink]) -> None:
     links = ", ".join(
         f"{link.kind.value} {link.local[0]}:{link.local[1]}->{link.remote[1]}" for link in bound
     )
+    hurt = "" if options.faults is None else f" with {_faults_in_short(options.faults)}"
     typer.echo(
-        f"ready: {options.autopilot} {options.vehicle} in {options.scenario},"
+        f"ready: {options.autopilot} {options.vehicle} in {options.scenario}{hurt},"
         f" seed {options.seed}, {links}"
     )
     sys.stdout.flush()
+
+
+def _faults_in_short(faults: str | Path) -> str:
+    text = str(faults)
+    return "faults" if text.lstrip().startswith("{") else text
 
 
 def _say_rejected(counts: Mapping[str, int]) -> None:

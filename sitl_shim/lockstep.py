@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from sitl_shim.driver import LoopDriver
+from sitl_shim.driver import LoopDriver, faults_on_links
 from sitl_shim.mavlink.endpoint import Shim
 from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.sensors.camera import CameraOptions, MocapCamera
@@ -22,7 +22,8 @@ class LockstepShim:
         on_frame: takes what the room's motion capture says of the vehicle; None: there is none.
 
     Raises:
-        ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter.
+        ValueError: an unknown vehicle, scenario, sensor profile, flavour or parameter, or faults
+            that are none.
     """
 
     def __init__(
@@ -33,11 +34,13 @@ class LockstepShim:
         on_frame: Callable[[bytes], None] | None = None,
     ) -> None:
         camera = MocapCamera(CameraOptions(), seed=options.seed)
+        shim = Shim(options, (LinkKind.ONBOARD,))
         self._driver = LoopDriver(
-            Shim(options, (LinkKind.ONBOARD,)),
+            shim,
             speed=options.speed,
             deliver=lambda _, data: send(data),
             room=None if on_frame is None else (camera, on_frame),
+            faults=faults_on_links(shim, options, 1),
         )
 
     def receive(self, data: bytes) -> None:

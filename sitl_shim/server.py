@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
-from sitl_shim.driver import LoopDriver
+from sitl_shim.driver import LoopDriver, faults_on_links
 from sitl_shim.mavlink.endpoint import Shim
 from sitl_shim.mavlink.streams import LinkKind
 from sitl_shim.sensors.camera import CameraOptions, MocapCamera
@@ -146,7 +146,7 @@ async def serve(
         rejected: called at the end with the packets not read for their signatures, by the reason.
 
     Raises:
-        ValueError: an unknown vehicle, scenario, flavour or parameter.
+        ValueError: an unknown vehicle, scenario, flavour or parameter, or faults that are none.
         PortError: a port is taken or may not be bound.
     """
     loop = asyncio.get_running_loop()
@@ -168,6 +168,7 @@ async def serve(
             speed=options.speed,
             deliver=lambda index, data: endpoints[index].send(data),
             room=room,
+            faults=faults_on_links(shim, options, len(links)),
         )
         bound: list[BoundLink] = []
         for index, link in enumerate(links):
