@@ -31,6 +31,7 @@ from companion.flight.setpoints.stack_runner import Change
 from companion.flight.setpoints.timing import (
     Percentiles,
     Punctuality,
+    Times,
     measure_timer_noise,
     percentiles_ms,
 )
@@ -173,7 +174,7 @@ async def conduct(
     watch_link(flight)
     if lost is not None:
         lost.add_done_callback(lambda future: connection.waiting.fail(future.result()))
-    noise: list[float] = []
+    noise = Times()
     helpers = [
         connection.housekeeping(partial(voice.tell, "error")),
         stream.watch(),
@@ -216,7 +217,7 @@ async def conduct(
         ticks=punctuality.ticks,
         missed_deadlines=punctuality.missed_deadlines,
         fallbacks=stream.fallbacks,
-        latency=percentiles_ms(punctuality.latencies_s) if real_time else None,
+        latency=percentiles_ms(punctuality.latencies) if real_time else None,
         timer_noise=percentiles_ms(noise) if real_time else None,
         r_max_active_share=stream.plans_at_r_max / max(1, stream.plans),
         flight_s=0.0 if state is None else state.time_s,

@@ -1,9 +1,14 @@
 """Commands in order; punctuality as it is defined."""
 
+import tracemalloc
+
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from companion.flight.inbox import Inbox, PilotCommand
-from companion.flight.setpoints.timing import DEADLINE_S, Punctuality, percentiles_ms
+from companion.flight.setpoints.timing import DEADLINE_S, Punctuality, Times, percentiles_ms
 
 
 def test_commands_are_taken_in_the_order_in_which_they_came():
@@ -54,6 +59,53 @@ def test_a_planned_pause_is_none():
 
 
 def test_percentiles():
-    assert percentiles_ms([]) is None
-    figures = percentiles_ms([k * 1e-3 for k in range(101)])
+    assert percentiles_ms(Times()) is None
+    figures = percentiles_ms(Times(k * 1e-3 for k in range(101)))
     assert (figures.p50, figures.p99, figures.max) == pytest.approx((50.0, 99.0, 100.0))
+
+
+def test_there_is_no_percentile_of_no_times():
+    with pytest.raises(ValueError, match="no times"):
+        Times().percentile_s(50.0)
+
+
+@settings(deadline=None, derandomize=True)
+@given(
+    st.lists(st.floats(1e-6, 900.0), min_size=1, max_size=300),
+    st.sampled_from([0.0, 1.0, 50.0, 90.0, 99.0, 100.0]),
+)
+def test_percentiles_are_those_of_all_times_to_within_1_percent(times_s, percent):
+    told = Times(times_s).percentile_s(percent)
+    assert told == pytest.approx(np.percentile(times_s, percent), rel=0.01)
+
+
+@settings(deadline=None, derandomize=True)
+@given(st.lists(st.floats(-1.0, 1e6), min_size=1, max_size=50))
+def test_the_greatest_time_is_exact_whatever_it_is(times_s):
+    assert Times(times_s).percentile_s(100.0) == max(times_s)
+
+
+def test_percentiles_of_a_loop_as_it_is_are_accurate():
+    times_s = np.random.default_rng(7).lognormal(np.log(8e-4), 0.4, 50_000)
+    told = Times(times_s.tolist())
+    for percent in (50.0, 99.0):
+        assert told.percentile_s(percent) == pytest.approx(
+            np.percentile(times_s, percent), rel=6e-3
+        )
+
+
+def test_punctuality_takes_no_more_memory_for_more_ticks():
+    punctuality = Punctuality(period_s=0.01)
+
+    def fly(ticks):
+        for k in range(ticks):
+            punctuality.tick(0.01 * k, 0.01 * k + 1e-6 * (k % 5000))
+
+    fly(1000)
+    tracemalloc.start()
+    try:
+        fly(20_000)
+        grown_bytes = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+    assert grown_bytes < 2000
