@@ -113,9 +113,14 @@ class CommandQueue:
         self._waiting: deque[CommandExchange] = deque()
         self._late: dict[int, _Late] = {}
 
-    def submit(self, command: Command) -> CommandExchange:
-        """Put a command at the end of the queue; the exchange tells its verdict later."""
-        exchange = CommandExchange(command, self._patience)
+    def submit(self, command: Command, patience: Patience | None = None) -> CommandExchange:
+        """Put a command at the end of the queue; the exchange tells its verdict later.
+
+        Args:
+            command: to be sent.
+            patience: with it; the queue's own by default.
+        """
+        exchange = CommandExchange(command, patience or self._patience)
         self._waiting.append(exchange)
         return exchange
 

@@ -20,7 +20,9 @@ _TYPES_THAT_FLY_OR_DRIVE = frozenset(
 
 _FULL_CIRCLE = 256
 _LARGEST_GAP = 128
-"""A step of the sequence beyond this is a packet out of order or a restart, not a loss."""
+"""A step of the sequence beyond this is one back: a late packet, a copy, or a restart."""
+_MOST_LATE = 16
+"""So many late ones in a row are none: the sender has restarted."""
 
 
 @dataclass(slots=True)
@@ -34,6 +36,8 @@ class Peer:
     received: int = 1
     lost: int = 0
     """Packets missing by their sequence numbers."""
+    late: int = 0
+    """Packets in a row that others have overtaken."""
 
     @property
     def loss(self) -> float:
@@ -111,7 +115,7 @@ class PeerTable:
     peers: dict[tuple[int, int], Peer] = field(default_factory=dict)
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
-        """Count a frame for its sender."""
+        """Count a frame for its sender; one that was overtaken had been taken for lost."""
         sequence = frame.sequence
         peer = self.peers.get((frame.system_id, frame.component_id))
         if peer is None:
@@ -119,11 +123,18 @@ class PeerTable:
             self.peers[key] = Peer(*key, now_s, sequence)
             return
         gap = (sequence - peer.last_sequence - 1) % _FULL_CIRCLE
-        if 0 < gap < _LARGEST_GAP:
+        peer.last_heard_s = now_s
+        if gap >= _LARGEST_GAP and peer.late < _MOST_LATE:
+            peer.late += 1
+            if gap < _FULL_CIRCLE - 1:  # else it is a copy of the newest
+                peer.received += 1
+                peer.lost = max(0, peer.lost - 1)
+            return
+        if gap < _LARGEST_GAP:
             peer.lost += gap
         peer.received += 1
+        peer.late = 0
         peer.last_sequence = sequence
-        peer.last_heard_s = now_s
 
     def on_heartbeat(self, frame: Frame, heartbeat: Message) -> Vehicle | None:
         """Take a HEARTBEAT; give the sender if it is a vehicle, chosen or not."""

@@ -8,7 +8,8 @@ from companion.preflight.finding import Finding, Verdict
 
 _TRIED_S = 0.020
 """The gains have been tried with this much more delay than the vehicle's file states."""
-_LOSS_WARNING, _LOSS_REFUSAL = 0.02, 0.30
+_LOSS_WARNING, _LOSS_REFUSAL = 0.02, 0.40
+"""With 30 % lost both ways a flight still goes to its end; of half nothing has been tried."""
 _FEW = 50
 """Of fewer packets no loss is worth telling."""
 _STEADY = 1e-3

@@ -30,6 +30,7 @@ class Exchanges:
         waiting: Waiting,
         send: Callable[[Outgoing], None],
         dialect: Callable[[], AutopilotDialect],
+        patience: Callable[[Patience], Patience],
     ) -> None:
         """Prepare.
 
@@ -37,17 +38,19 @@ class Exchanges:
             waiting: what everything here waits on.
             send: sends a message to the vehicle.
             dialect: the vehicle's, once it is known.
+            patience: makes what the link needs of a usual patience.
         """
         self._waiting = waiting
         self._send = send
         self._dialect = dialect
+        self._patience = patience
         self._commands = CommandQueue()
         self._mode_change: ModeChange | None = None
 
     async def command(self, command: Command) -> CommandExchange:
         """Send a command and wait for its verdict, whatever that is."""
         self._waiting.check()
-        exchange = self._commands.submit(command)
+        exchange = self._commands.submit(command, self._patience(Patience()))
         self.pump(asyncio.get_running_loop().time())
         try:
             await self._waiting.until(
@@ -82,7 +85,10 @@ class Exchanges:
         """Ask for a mode now, in place of any that is being asked for; nobody waits for it here."""
         dialect = self._dialect()
         change = ModeChange(
-            dialect.set_mode(target, name), dialect.custom_mode(name), name, patience
+            dialect.set_mode(target, name),
+            dialect.custom_mode(name),
+            name,
+            self._patience(patience),
         )
         self._mode_change = change
         self.pump(asyncio.get_running_loop().time())

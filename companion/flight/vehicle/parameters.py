@@ -67,7 +67,11 @@ class Parameters:
     ) -> ParameterExchange:
         connection = self._connection
         exchange = ParameterExchange(
-            name, connection.target, connection.dialect.parameter_encoding, wanted, patience
+            name,
+            connection.target,
+            connection.dialect.parameter_encoding,
+            wanted,
+            connection.losses.patience(patience or Patience()),
         )
         self._pending.append(exchange)
         return exchange

@@ -7,8 +7,14 @@ its link drops just these.  The companion would fly on, blind to a disarming and
 import math
 from collections.abc import Callable
 
+from companion.flight.vehicle.losses import Losses
+
 MISSING_S = 3.5
 """Three in a row, and half a second for the last to be late; by the autopilot's clock."""
+_LATE_S = 0.5
+_BY_CHANCE = 1.0e-5
+"""On a link that loses packets more are awaited: all may be lost by chance with this probability
+alone."""
 _PAUSE_S = 1.0
 """A silence this long is the link's: from its end on heartbeats are missed anew."""
 
@@ -18,12 +24,14 @@ class Pulse:
 
     Args:
         loop_seconds: makes the loop's seconds of the autopilot's.
+        losses: of the vehicle's packets.
     """
 
-    __slots__ = ("_heard_s", "_loop_seconds", "_since_s")
+    __slots__ = ("_heard_s", "_loop_seconds", "_losses", "_since_s")
 
-    def __init__(self, loop_seconds: Callable[[float], float]) -> None:
+    def __init__(self, loop_seconds: Callable[[float], float], losses: Losses) -> None:
         self._loop_seconds = loop_seconds
+        self._losses = losses
         self._heard_s = -math.inf
         self._since_s = math.inf
         """The last heartbeat, or when the vehicle was heard again after a silence."""
@@ -42,8 +50,13 @@ class Pulse:
         """The autopilot has restarted."""
         self._heard_s, self._since_s = -math.inf, math.inf
 
+    @property
+    def missing_after_s(self) -> float:
+        """After so long without a heartbeat they have stopped, s of the autopilot's clock."""
+        return max(MISSING_S, self._losses.in_a_row(_BY_CHANCE) + _LATE_S)
+
     def missing(self, now_s: float) -> bool:
-        """True if other messages come, and heartbeats have not for `MISSING_S`."""
+        """True if other messages come, and heartbeats have not for `missing_after_s`."""
         if now_s - self._heard_s > self._loop_seconds(_PAUSE_S):
             return False
-        return now_s - self._since_s > self._loop_seconds(MISSING_S)
+        return now_s - self._since_s > self._loop_seconds(self.missing_after_s)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from companion.flight.vehicle.losses import Losses
 from companion.flight.vehicle.pulse import MISSING_S, Pulse
 
 
@@ -15,7 +16,7 @@ def heard(pulse, begin_s, end_s, *, beats=False):
 
 @pytest.fixture
 def pulse():
-    made = Pulse(lambda seconds: seconds)
+    made = Pulse(lambda seconds: seconds, Losses())
     heard(made, 0.0, 5.1, beats=True)
     return made
 
@@ -57,9 +58,21 @@ def test_a_restart_begins_anew(pulse):
 
 
 def test_time_is_the_autopilots():
-    fast = Pulse(lambda seconds: seconds / 10.0)
+    fast = Pulse(lambda seconds: seconds / 10.0, Losses())
     fast.on_heartbeat(0.0)
     for tick in range(40):
         fast.on_message(tick / 100)
     assert fast.missing(0.1 * MISSING_S + 0.01)
     assert not fast.missing(0.1 * MISSING_S - 0.01)
+
+
+def test_on_a_link_that_loses_packets_more_of_them_are_awaited():
+    losses = Losses()
+    for number in range(0, 6000, 2):  # every other one
+        losses.on_packet(number % 256)
+    pulse = Pulse(lambda seconds: seconds, losses)
+    heard(pulse, 0.0, 5.1, beats=True)
+    heard(pulse, 5.1, 12.0)
+    assert not pulse.missing(12.0)
+    heard(pulse, 12.0, 5.1 + pulse.missing_after_s + 1.0)
+    assert pulse.missing(5.1 + pulse.missing_after_s)

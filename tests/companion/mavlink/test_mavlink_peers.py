@@ -151,3 +151,25 @@ def test_a_component_that_made_room_for_the_autopilot_is_another_vehicle_only_on
 
     assert table.vehicle.target == (1, 1)
     assert "component 5" in table.others_text
+
+
+def test_what_is_overtaken_or_comes_twice_is_not_lost():
+    table, packer = PeerTable(), Packer(1, 1)
+    frames = [Framer().feed(heartbeat_bytes(packer=packer))[0] for _ in range(60)]
+    order = [0, 1, 2, 4, 5, 6, 3, 7, 7, 8, *range(10, 60), 9]
+    for time_s, at in enumerate(order):
+        table.on_frame(frames[at], float(time_s))
+    (peer,) = table.peers.values()
+    assert (peer.received, peer.lost) == (60, 0)
+
+
+def test_a_sender_that_restarts_is_counted_on():
+    table = PeerTable()
+    for first in (20, 0):  # back by less than half a circle, which looks like a late packet
+        packer = Packer(1, 1)
+        frames = [Framer().feed(heartbeat_bytes(packer=packer))[0] for _ in range(first + 80)]
+        for frame in frames[first:]:
+            table.on_frame(frame, 0.0)
+    (peer,) = table.peers.values()
+    assert peer.received == 160
+    assert peer.loss < 0.02

@@ -123,7 +123,14 @@ def test_a_clock_that_is_not_known():
 
 @pytest.mark.parametrize(
     ("received", "lost", "verdict"),
-    [(0, 0, "ok"), (10, 10, "ok"), (990, 10, "ok"), (970, 30, "warning"), (600, 400, "refusal")],
+    [
+        (0, 0, "ok"),
+        (10, 10, "ok"),
+        (990, 10, "ok"),
+        (970, 30, "warning"),
+        (690, 310, "warning"),
+        (590, 410, "refusal"),
+    ],
 )
 def test_losses(received, lost, verdict):
     assert finding_of(link(received=received, lost=lost), "loss").verdict == verdict
