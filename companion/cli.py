@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from companion import cli_options as options
+from companion.cli_faults import faults
 
 app = typer.Typer(
     name="companion",
@@ -685,6 +686,8 @@ def compare(
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(ExitStatus.ABORTED) from error
 
+
+app.command()(faults)
 
 _Pid = Annotated[int | None, typer.Option(help="Process id of the flight, if several are running.")]
 

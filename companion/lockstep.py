@@ -36,6 +36,10 @@ from sitl_shim import lockstep as shim_lockstep
 _BOOT_UNIX_S = datetime(2020, 1, 1, tzinfo=UTC).timestamp()
 """When simulated time begins, as the logs and the shim have it."""
 
+Aftermath = Callable[[bytes, float], bool]
+"""Told each datagram from the shim, with the loop's time, once the companion is gone; True when it
+has seen enough."""
+
 Tap = Callable[[bytes], bytes]
 """Takes a datagram on its way and gives what arrives in its place; the loop's clock is running."""
 
@@ -55,6 +59,8 @@ def fly_in_lockstep(
     signing_key: bytes | None = None,
     from_cameras: Tap | None = None,
     experiment: Experiment | None = None,
+    aftermath: Aftermath | None = None,
+    aftermath_s: float = 30.0,
 ) -> Outcome:
     """Fly the embedded shim in simulated time, as fast as the processor allows.
 
@@ -75,6 +81,9 @@ def fly_in_lockstep(
         from_cameras: may change each datagram of the room's cameras, which look if the mission
             has motion capture; an empty one is lost.
         experiment: flown in the place of the controller; None: the controller flies.
+        aftermath: goes on watching the vehicle when the companion has ended its flight, and says
+            nothing to it; None: all ends at once.
+        aftermath_s: for at most this long.
 
     Raises:
         ShimRefusedError: the shim can't simulate what it was asked for.
@@ -94,6 +103,8 @@ def fly_in_lockstep(
             signing_key,
             from_cameras,
             experiment,
+            aftermath,
+            aftermath_s,
         )
     )
 
@@ -137,6 +148,8 @@ async def _fly(
     signing_key: bytes | None,
     from_cameras: Tap | None,
     experiment: Experiment | None,
+    aftermath: Aftermath | None,
+    aftermath_s: float,
 ) -> Outcome:
     first = _first_point(config, trajectory) if airborne else None
     mocap = _motion_capture(config)
@@ -145,7 +158,7 @@ async def _fly(
         config, options, signing_key, from_shim, to_shim, first, on_frame=on_frame
     ) as way:
         with commands_by_signal(inbox, observer):
-            return await conduct(
+            outcome = await conduct(
                 config,
                 trajectory,
                 way.link,
@@ -159,6 +172,22 @@ async def _fly(
                 mocap=mocap,
                 experiment=experiment,
             )
+        if aftermath is not None:
+            await _watch(way.link, aftermath, aftermath_s)
+        return outcome
+
+
+async def _watch(link: MemoryLink, aftermath: Aftermath, longest_s: float) -> None:
+    """Listen to a vehicle that is left alone."""
+    seen_enough = asyncio.Event()
+
+    def take(data: bytes, time_s: float) -> None:
+        if aftermath(data, time_s):
+            seen_enough.set()
+
+    link.on_bytes = take
+    with contextlib.suppress(TimeoutError):
+        await asyncio.wait_for(seen_enough.wait(), longest_s)
 
 
 def _motion_capture(config: FlightConfig) -> MotionCapture | None:

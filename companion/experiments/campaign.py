@@ -1,7 +1,6 @@
 """Many simulated flights over the processors, each kept as it ends, so that a study resumes."""
 
 import os
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,10 +16,8 @@ from companion.experiments.flight_store import (
 )
 from companion.experiments.flight_task import FlightTask
 from companion.experiments.fly_task import fly_task
+from companion.experiments.progress import Pace, Progress
 from companion.experiments.workers import Failure, Workers
-
-Progress = Callable[[int, int, float | None], None]
-"""Told flights done, flights in all, and the seconds that remain (None: not known yet)."""
 
 
 class CampaignInterruptedError(Exception):
@@ -71,15 +68,15 @@ def run_campaign(
     found = {key: _kept(job) for key, job in jobs_by_key.items()}
     results = {key: summary for key, summary in found.items() if summary is not None}
     missing = [job for key, job in jobs_by_key.items() if key not in results]
-    clock = _Clock(len(results), len(jobs_by_key), progress)
-    clock.tell()
+    pace = Pace(len(results), len(jobs_by_key), progress)
+    pace.tell()
 
     def on_done(index: int, result: Summary | Failure) -> None:
         job = missing[index]
         if isinstance(result, Failure):
             result = Summary(job.key, job.task, FAILED, result.reason)
         results[job.key] = result
-        clock.tick()
+        pace.tick()
 
     if missing:
         try:
@@ -131,27 +128,3 @@ def _lives(pid: str) -> bool:
     except PermissionError:
         return True
     return True
-
-
-class _Clock:
-    """How far it is, and how long the rest takes at the pace so far."""
-
-    def __init__(self, done: int, total: int, progress: Progress | None) -> None:
-        self._before = done
-        self._done = done
-        self._total = total
-        self._progress = progress
-        self._started_s = time.perf_counter()
-
-    def tick(self) -> None:
-        self._done += 1
-        self.tell()
-
-    def tell(self) -> None:
-        if self._progress is None:
-            return
-        flown = self._done - self._before
-        elapsed = time.perf_counter() - self._started_s
-        rest = self._total - self._done
-        remaining = elapsed / flown * rest if flown else None
-        self._progress(self._done, self._total, 0.0 if not rest else remaining)

@@ -6,10 +6,48 @@ from collections.abc import Callable
 from typing import TextIO
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn
+from rich.progress import Progress as Bar
 
 _LINE_EVERY_S = 30.0
 _WIDE = 1000
+
+Progress = Callable[[int, int, float | None], None]
+"""Told what is done, how much there is in all, and the seconds that remain (None: not known
+yet)."""
+
+
+class Pace:
+    """How far it is, and how long the rest takes at the pace so far."""
+
+    def __init__(self, done: int, total: int, progress: Progress | None) -> None:
+        """Begin to count.
+
+        Args:
+            done: was done before, and took no time now.
+            total: in all.
+            progress: told at each tick; None: nobody is.
+        """
+        self._before = done
+        self._done = done
+        self._total = total
+        self._progress = progress
+        self._started_s = time.perf_counter()
+
+    def tick(self) -> None:
+        """One more is done."""
+        self._done += 1
+        self.tell()
+
+    def tell(self) -> None:
+        """Tell how far it is."""
+        if self._progress is None:
+            return
+        made = self._done - self._before
+        elapsed = time.perf_counter() - self._started_s
+        rest = self._total - self._done
+        remaining = elapsed / made * rest if made else None
+        self._progress(self._done, self._total, 0.0 if not rest else remaining)
 
 
 class ProgressDisplay:
@@ -41,10 +79,10 @@ class ProgressDisplay:
         self._now_s = now_s
         self._line_due_s = now_s()
         self._note = ""
-        self._bar: Progress | None = None
+        self._bar: Bar | None = None
         self._task = TaskID(0)
         if self._console.is_terminal:
-            self._bar = Progress(
+            self._bar = Bar(
                 TextColumn("{task.description}"),
                 BarColumn(),
                 MofNCompleteColumn(),

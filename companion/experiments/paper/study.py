@@ -10,7 +10,7 @@ from pathlib import Path
 
 from companion.config.resolve import FlightConfig, load_flight
 from companion.control.reference_model import PositionModel
-from companion.experiments.campaign import Progress, run_campaign
+from companion.experiments.campaign import run_campaign
 from companion.experiments.computing_time import ComputingTime, measure_computing_time
 from companion.experiments.flight_store import MissingExtraError, Summary
 from companion.experiments.flight_task import FlightTask
@@ -28,6 +28,7 @@ from companion.experiments.paper.guarantees import theory_of
 from companion.experiments.paper.identification import identify_models
 from companion.experiments.paper.results import PaperResults, Provenance
 from companion.experiments.paper.scale import VEHICLE, Scale
+from companion.experiments.progress import Progress
 from companion.experiments.provenance import commit, version
 from companion.flight.assemble import position_model
 

@@ -27,6 +27,7 @@ def test_these_are_shipped():
         "bound-check.yaml",
         "climbing-square.yaml",
         "hover.yaml",
+        "short-eight.yaml",
         "slalom.csv",
     ]
 

@@ -1,0 +1,264 @@
+"""Whether a flight kept what its row promises, and what every flight promises.
+
+Every flight: no tilt beyond the vehicle's limit; no setpoint that is not finite, bounded and fresh;
+none after somebody else has taken over; nothing armed twice.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.experiments.faults.evidence import Evidence, Said, TruePath
+from companion.experiments.faults.table import Promise
+
+CRASH_SPEED_M_S = 2.0
+"""Downwards, at the ground."""
+CRASH_TILT_RAD = math.radians(60.0)
+_GROUND_M = 0.03
+"""Above where it stood: so low is on the ground."""
+_AIRBORNE_M = 0.3
+_BEFORE_TOUCH_S = 0.15
+_STILL_M_S = 0.3
+_SINKS_M_S = 0.15
+_LAST_S = 2.0
+_TILT_TOLERANCE_RAD = math.radians(0.1)
+"""Of float32, and of the two angles' order."""
+_LARGEST_RATE_RAD_S = 12.0
+_OBEYED_WITHIN_S = 0.03
+"""Three ticks: what is on its way when somebody takes over."""
+_LEVEL_RAD = math.radians(0.01)
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a flight's configuration says."""
+
+    tilt_rad: float
+    state_age_s: float
+    """The oldest state that setpoints may be based on, unless they are level."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Figures of a flight; NaN where there is nothing to say."""
+
+    ending: str
+    """One of the endings that rows promise, or `drifting`, `not flown`."""
+    began_s: float
+    """Of the fault, since the flight's first packet."""
+    detected_after_s: float
+    detected_by: str
+    largest_tilt_deg: float
+    """That was commanded."""
+    true_tilt_deg: float
+    touchdown_m_s: float
+    oldest_state_s: float
+    """Behind a setpoint that was not level."""
+    late_setpoints: int
+    """After a takeover."""
+    arm_commands: int
+    mean_error_mm: float
+    worst_error_mm: float
+    from_home_m: float
+    """Horizontally, where it ended, from where it stood."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """Of one flight."""
+
+    broken: tuple[str, ...]
+    """A sentence for each promise that was not kept; empty if all were."""
+    measured: Measured
+
+    @property
+    def passed(self) -> bool:
+        """Whether all was kept."""
+        return not self.broken
+
+
+def judge(promise: Promise, evidence: Evidence, limits: Limits) -> Judgement:
+    """Judge a flight.
+
+    Args:
+        promise: of its row.
+        evidence: the flight.
+        limits: of its configuration.
+    """
+    measured = measure(promise, evidence)
+    broken = [*_of_all(evidence, limits, measured), *_of_the_row(promise, evidence, measured)]
+    return Judgement(tuple(broken), measured)
+
+
+def measure(promise: Promise, evidence: Evidence) -> Measured:
+    """The figures of a flight."""
+    began_s = _began_s(promise, evidence)
+    detected = _detected(promise, evidence, began_s)
+    sent, path, tracked = evidence.sent, evidence.path, evidence.tracked
+    tilted = sent.tilt_rad >= _LEVEL_RAD
+    scored = tracked.error_m[tracked.scored]
+    first_s = float(path.time_s[0]) if len(path.time_s) else 0.0
+    return Measured(
+        ending=ending_of(evidence),
+        began_s=began_s - first_s,
+        detected_after_s=math.nan if detected is None else detected.time_s - began_s,
+        detected_by="" if detected is None else detected.text,
+        largest_tilt_deg=math.degrees(_largest(sent.tilt_rad)),
+        true_tilt_deg=math.degrees(_largest(path.tilt_rad)),
+        touchdown_m_s=touchdown_m_s(path),
+        oldest_state_s=_largest(sent.state_age_s[tilted]),
+        late_setpoints=_late_setpoints(evidence),
+        arm_commands=len(evidence.arm_commands_s),
+        mean_error_mm=float(scored.mean()) * 1e3 if len(scored) else math.nan,
+        worst_error_mm=_largest(scored) * 1e3,
+        from_home_m=_from_home_m(path),
+    )
+
+
+def ending_of(evidence: Evidence) -> str:
+    """How a flight ended, by the truth, and by the companion who brought it down."""
+    path = evidence.path
+    if not len(path.time_s) or not flew(path):
+        return "not flown"
+    if crashed(path):
+        return "crashed"
+    last = path.time_s >= path.time_s[-1] - _LAST_S
+    heights = path.position_enu_m[last, 2] - path.position_enu_m[0, 2]
+    if float(heights[-1]) < _GROUND_M:
+        return "landed" if evidence.outcome == "landed" else "handed over"
+    velocity = path.velocity_enu_m_s[last].mean(axis=0)
+    if velocity[2] < -_SINKS_M_S:
+        return "handed over"
+    return "held" if math.hypot(*velocity) < _STILL_M_S else "drifting"
+
+
+def flew(path: TruePath) -> bool:
+    """Whether it left the ground."""
+    return bool((path.position_enu_m[:, 2] - path.position_enu_m[0, 2] > _AIRBORNE_M).any())
+
+
+def crashed(path: TruePath) -> bool:
+    """Whether it hit the ground, or tilted as no vehicle that is flown does."""
+    return _largest(path.tilt_rad) > CRASH_TILT_RAD or touchdown_m_s(path) > CRASH_SPEED_M_S
+
+
+def touchdown_m_s(path: TruePath) -> float:
+    """The fastest sinking with which it met the ground; NaN if it did not."""
+    if not len(path.time_s):
+        return math.nan
+    low = path.position_enu_m[:, 2] - path.position_enu_m[0, 2] < _GROUND_M
+    touches = np.flatnonzero(low[1:] & ~low[:-1]) + 1
+    fastest = math.nan
+    for touch in touches:
+        first = int(np.searchsorted(path.time_s, path.time_s[touch] - _BEFORE_TOUCH_S))
+        sinking = -float(path.velocity_enu_m_s[first : touch + 1, 2].min())
+        fastest = sinking if math.isnan(fastest) else max(fastest, sinking)
+    return fastest
+
+
+def _of_all(evidence: Evidence, limits: Limits, measured: Measured) -> list[str]:
+    """What every flight promises."""
+    sent = evidence.sent
+    broken = []
+    if not sent.finite.all():
+        broken.append(f"{int((~sent.finite).sum())} setpoints are not finite")
+    bounded = (sent.thrust >= 0.0) & (sent.thrust <= 1.0) & (sent.rate_rad_s <= _LARGEST_RATE_RAD_S)
+    if not bounded[sent.finite].all():
+        broken.append("a thrust or a body rate is out of bounds")
+    if measured.largest_tilt_deg > math.degrees(limits.tilt_rad + _TILT_TOLERANCE_RAD):
+        broken.append(
+            f"a tilt of {measured.largest_tilt_deg:.1f}° was commanded, and "
+            f"{math.degrees(limits.tilt_rad):.1f}° is the limit"
+        )
+    if measured.oldest_state_s > limits.state_age_s:
+        broken.append(
+            f"a setpoint was based on a state {measured.oldest_state_s * 1e3:.0f} ms old, and "
+            f"{limits.state_age_s * 1e3:.0f} ms is the limit"
+        )
+    if measured.late_setpoints:
+        broken.append(f"{measured.late_setpoints} setpoints were sent after a takeover")
+    again = [t for t in evidence.arm_commands_s if _after(t, evidence.disarmed_s)]
+    if again:
+        broken.append(f"it was commanded to arm again, {len(again)} times")
+    return broken
+
+
+def _of_the_row(promise: Promise, evidence: Evidence, measured: Measured) -> list[str]:
+    broken = []
+    if measured.ending not in promise.endings:
+        told = " or ".join(promise.endings)
+        broken.append(f"it ended as '{measured.ending}', not {told} ({evidence.note or 'no note'})")
+    if promise.completed is not None and promise.completed != evidence.completed:
+        broken.append(
+            "the trajectory was " + ("not " if promise.completed else "") + "flown to its end"
+        )
+    began_s = _began_s(promise, evidence)
+    if promise.begins is not None and math.isnan(began_s):
+        broken.append(f"the fault did not begin: the truth tells of no '{promise.begins}'")
+    if promise.within_s is not None and not measured.detected_after_s <= promise.within_s:
+        seen = measured.detected_after_s
+        told = "never" if math.isnan(seen) else f"after {seen:.2f} s"
+        broken.append(f"it was seen {told}, not within {promise.within_s:g} s")
+    since_s = -math.inf if math.isnan(began_s) else began_s
+    for text, of_autopilot in ((promise.says, False), (promise.autopilot_says, True)):
+        if text is not None and not _was_said(evidence, text, since_s, of_autopilot=of_autopilot):
+            who = "the autopilot" if of_autopilot else "the companion"
+            broken.append(f"{who} did not say '{text}'")
+    for limit, value, what in (
+        (promise.mean_error_mm, measured.mean_error_mm, "mean"),
+        (promise.worst_error_mm, measured.worst_error_mm, "worst"),
+    ):
+        if limit is not None and not value <= limit:
+            broken.append(f"the {what} error is {value:.0f} mm, not at most {limit:g} mm")
+    return broken
+
+
+_AUTOPILOT = "the autopilot says: "
+
+
+def _was_said(evidence: Evidence, text: str, since_s: float, *, of_autopilot: bool) -> bool:
+    return any(
+        text in said.text and said.time_s >= since_s
+        for said in evidence.said
+        if said.text.startswith(_AUTOPILOT) == of_autopilot
+    )
+
+
+def _began_s(promise: Promise, evidence: Evidence) -> float:
+    times = [begun.time_s for begun in evidence.begun if begun.name == promise.begins]
+    return min(times) if times else math.nan
+
+
+def _detected(promise: Promise, evidence: Evidence, began_s: float) -> Said | None:
+    """The first word about a fault: a warning, an error, or what the row says will be said."""
+    for said in evidence.said:
+        if said.time_s < began_s or math.isnan(began_s) or said.text.startswith(_AUTOPILOT):
+            continue
+        promised = promise.says is not None and promise.says in said.text
+        if promised or said.severity in ("warning", "error"):
+            return said
+    return None
+
+
+def _late_setpoints(evidence: Evidence) -> int:
+    if evidence.taken_over_s is None:
+        return 0
+    return int((evidence.sent.time_s > evidence.taken_over_s + _OBEYED_WITHIN_S).sum())
+
+
+def _after(time_s: float, since_s: float | None) -> bool:
+    return since_s is not None and time_s > since_s
+
+
+def _from_home_m(path: TruePath) -> float:
+    if not len(path.time_s):
+        return math.nan
+    away = path.position_enu_m[-1] - path.position_enu_m[0]
+    return math.hypot(away[0], away[1])
+
+
+def _largest(values: np.ndarray) -> float:
+    """NaN of none."""
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if len(finite) else math.nan

@@ -1,0 +1,132 @@
+"""`faults.html`: the table on one page that needs nothing but itself."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from companion.experiments.faults.drawing import draw
+from companion.experiments.faults.study import Result, Unflown
+from companion.experiments.faults.written import NAME as JSON_NAME
+from companion.experiments.faults.written import Made, RowResult, counts
+from companion.experiments.flight_store import MissingExtraError
+from companion.recording.whole_file import write_whole
+
+NAME = "faults.html"
+_TEMPLATE = "faults.html.j2"
+_GROUPS = {"link": "The link", "vehicle": "The vehicle", "process": "The companion's process"}
+_SIGNS = {"passed": "✓", "failed": "✗", "not flown": "–"}
+
+
+def need_page_library() -> None:
+    """Fail now rather than after the flights.
+
+    Raises:
+        MissingExtraError: jinja2 is not installed.
+    """
+    _jinja()
+
+
+def write_page(results: Sequence[RowResult], made: Made, folder: Path) -> Path:
+    """Write the page.
+
+    Args:
+        results: rows and their flights.
+        made: where the figures come from.
+        folder: where to.
+
+    Raises:
+        MissingExtraError: jinja2 is not installed.
+        OSError: it can't be written.
+    """
+    jinja = _jinja()
+    environment = jinja.Environment(
+        loader=jinja.PackageLoader("companion.experiments.faults"),
+        autoescape=True,
+        undefined=jinja.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    groups = [
+        (key, title, [_row(result) for result in results if result.row.group == key])
+        for key, title in _GROUPS.items()
+    ]
+    text = environment.get_template(_TEMPLATE).render(
+        groups=[group for group in groups if group[2]],
+        counts={key: count for key, count in counts(results).items() if count},
+        signs=_SIGNS,
+        made=made,
+        json_name=JSON_NAME,
+    )
+    path = folder / NAME
+    write_whole(path, text)
+    return path
+
+
+def _row(result: RowResult) -> dict[str, Any]:
+    return {
+        "row": result.row,
+        "verdict": result.verdict,
+        "flights": [_flight(flight) for flight in result.flights],
+    }
+
+
+def _flight(flight: Result) -> dict[str, Any]:
+    if isinstance(flight, Unflown):
+        return {
+            "autopilot": flight.autopilot,
+            "passed": False,
+            "ending": "not flown",
+            "broken": (flight.reason,),
+            "figures": (),
+            "svg": "",
+            "note": "",
+            "command": "",
+            "after": "–",
+        }
+    measured = flight.judgement.measured
+    svg = draw(flight.curves, f"{flight.row} under {flight.autopilot}: error and tilt by time")
+    return {
+        "autopilot": flight.autopilot,
+        "passed": flight.passed,
+        "ending": measured.ending,
+        "broken": flight.judgement.broken,
+        "figures": _figures(flight),
+        "svg": svg,
+        "note": flight.note,
+        "command": flight.command,
+        "after": seconds(measured.detected_after_s),
+    }
+
+
+def seconds(value: float) -> str:
+    """A time for a reader; a dash where there is none."""
+    return "–" if math.isnan(value) else f"{value:.2f} s"
+
+
+def _figures(flight: Result) -> tuple[tuple[str, str], ...]:
+    assert not isinstance(flight, Unflown)
+    m = flight.judgement.measured
+    told = [
+        ("seen after", seconds(m.detected_after_s), m.detected_after_s),
+        ("seen by", m.detected_by, 0.0 if m.detected_by else math.nan),
+        ("mean error", f"{m.mean_error_mm:.0f} mm", m.mean_error_mm),
+        ("worst error", f"{m.worst_error_mm:.0f} mm", m.worst_error_mm),
+        ("largest tilt commanded", f"{m.largest_tilt_deg:.1f}°", m.largest_tilt_deg),
+        ("largest true tilt", f"{m.true_tilt_deg:.1f}°", m.true_tilt_deg),
+        ("met the ground with", f"{m.touchdown_m_s:.2f} m/s", m.touchdown_m_s),
+        ("oldest state behind a tilt", f"{m.oldest_state_s * 1e3:.0f} ms", m.oldest_state_s),
+        ("ended from home", f"{m.from_home_m:.1f} m", m.from_home_m),
+    ]
+    return tuple((name, text) for name, text, value in told if not math.isnan(value))
+
+
+def _jinja() -> ModuleType:
+    try:
+        import jinja2
+    except ImportError as error:
+        raise MissingExtraError(
+            "The page is made with jinja2, which is missing: pip install 'companion[study]'"
+        ) from error
+    return jinja2
