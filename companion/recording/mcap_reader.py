@@ -3,7 +3,8 @@
 import io
 import json
 import os
-from collections.abc import Iterator
+import struct
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +29,7 @@ CLOCK = "clock"
 BASE = "base_us"
 """In it: microseconds since 1970 at the writer's time 0."""
 _BLOCK = 1 << 16
+_LATEST_US = 1 << 60
 
 
 class LogRecord(NamedTuple):
@@ -66,7 +68,7 @@ class _Contents:
                 metadata = Metadata.read(stream)
                 if metadata.name == CLOCK:
                     self._set_base(metadata.metadata)
-        except (EndOfFile, ValueError, MemoryError) as error:
+        except (EndOfFile, ValueError, struct.error, MemoryError) as error:
             raise DamagedPartError(f"it cannot be read ({error})") from error
 
     def record(self, offset: int, content: bytes) -> LogRecord:
@@ -88,8 +90,23 @@ class _Contents:
         return LogRecord(topic, (message.time_ns - self._base_ns) / 1e9, values)
 
     def _set_base(self, metadata: dict[str, str]) -> None:
-        if BASE in metadata:
-            self._base_ns = int(metadata[BASE]) * 1000
+        base_us = told_base_us(metadata)
+        if base_us is not None:
+            self._base_ns = base_us * 1000
+
+
+def told_base_us(metadata: Mapping[str, str]) -> int | None:
+    """Microseconds since 1970 at the writer's time 0, if metadata tell them.
+
+    Raises:
+        ValueError: they tell something else.
+    """
+    if BASE not in metadata:
+        return None
+    base_us = int(metadata[BASE])
+    if not 0 <= base_us < _LATEST_US:
+        raise ValueError(f"no clock shows {base_us} µs")
+    return base_us
 
 
 def read_records(path: str | os.PathLike[str]) -> Iterator[LogRecord]:

@@ -12,7 +12,10 @@ from typing import NamedTuple
 
 from companion.recording.append_file import AppendFile
 
-_TIME = struct.Struct(">Q")
+TIME = struct.Struct(">Q")
+"""Microseconds since 1970, before each packet."""
+_HEAD_BYTES = 3
+"""Of a packet, by which its length is known."""
 _LINK_BITS = 3
 _SENT = 1
 
@@ -48,7 +51,7 @@ class TlogWriter:
     def write(self, time_s: float, raw: bytes, *, sent: bool) -> None:
         """Add one packet."""
         time_us = (self._base_us + round(time_s * 1e6)) & ~_LINK_BITS | sent
-        self._file.write(_TIME.pack(time_us) + raw)
+        self._file.write(TIME.pack(time_us) + raw)
 
     def flush(self) -> None:
         """Hand everything to the system.
@@ -72,7 +75,7 @@ class TlogWriter:
 
 
 def read_tlog(path: str | os.PathLike[str]) -> Iterator[TlogRecord]:
-    """Records of a log, in order; a record cut off at the end is left out.
+    """Records of a log, in order; a record cut off at the end, or zeros there, are left out.
 
     Raises:
         OSError: the file cannot be read.
@@ -80,14 +83,19 @@ def read_tlog(path: str | os.PathLike[str]) -> Iterator[TlogRecord]:
     """
     data = Path(path).read_bytes()
     position = 0
-    while position + 10 < len(data):
-        start = position + _TIME.size
-        length = _packet_length(data, start)
+    while position + TIME.size + _HEAD_BYTES <= len(data):
+        start = position + TIME.size
+        length = packet_length(data, start)
         if length is None:
-            raise ValueError(f"{path}: no MAVLink packet at byte {start}; this is no whole tlog")
+            if not data[position:].strip(b"\0"):
+                return  # a power cut leaves zeros where the last write was under way
+            raise ValueError(
+                f"{path}: no MAVLink packet at byte {start}; this is no whole tlog. "
+                f"`companion recover {path}` saves what is whole."
+            )
         if start + length > len(data):
             return
-        time_us: int = _TIME.unpack_from(data, position)[0]
+        time_us: int = TIME.unpack_from(data, position)[0]
         yield TlogRecord(
             time_us & ~_LINK_BITS,
             time_us & _LINK_BITS == _SENT,
@@ -96,7 +104,7 @@ def read_tlog(path: str | os.PathLike[str]) -> Iterator[TlogRecord]:
         position = start + length
 
 
-def _packet_length(data: bytes, start: int) -> int | None:
+def packet_length(data: bytes, start: int) -> int | None:
     """Length of the packet that begins at `start`, by its header; None if there is none."""
     if data[start] == 0xFD:
         return 12 + data[start + 1] + (13 if data[start + 2] & 1 else 0)
