@@ -24,6 +24,10 @@ class LinkCounters:
     packets_out: int = 0
     foreign_packets: int = 0
     """Dropped: they came from somebody who is not the peer."""
+    excess_packets: int = 0
+    """Dropped: the peer sent more than there is time for."""
+    excess_bytes: int = 0
+    """Dropped before they were looked at, for the same reason."""
     unsent_packets: int = 0
     """Dropped: there was nobody to send them to, or too much waits to be sent already."""
     errors: int = 0

@@ -20,6 +20,8 @@ from companion.link.tcp_stream import why
 from companion.link.url import LinkUrl
 
 _READ_BYTES = 4096
+_READS_AT_ONCE = 16
+"""An adapter's driver holds up to 64 kB: none of it may wait behind the loop's other work."""
 _BITS_PER_BYTE = 10
 _MOST_WAITING_S = 0.1
 """Of the line's time: what waits longer is stale."""
@@ -139,16 +141,29 @@ class SerialLink:
             self.on_change(down_because)
 
     def _read(self, loop: asyncio.AbstractEventLoop) -> None:
-        try:
-            data = os.read(self._descriptor, _READ_BYTES)
-        except (BlockingIOError, InterruptedError):
-            return
-        except OSError as error:
-            self._lose(why(error))
-            return
-        if not data:
-            self._lose("the device is gone")
-            return
+        parts: list[bytes] = []
+        lost = ""
+        for _ in range(_READS_AT_ONCE):
+            try:
+                part = os.read(self._descriptor, _READ_BYTES)
+            except (BlockingIOError, InterruptedError):
+                break
+            except OSError as error:
+                lost = why(error)
+                break
+            if not part:
+                # With a time-out of 0, the end of the data reads like the end of the device.
+                lost = "" if parts else "the device is gone"
+                break
+            parts.append(part)
+            if len(part) < _READ_BYTES:
+                break
+        if parts:
+            self._pass_on(b"".join(parts), loop)
+        if lost and self._port is not None:
+            self._lose(lost)
+
+    def _pass_on(self, data: bytes, loop: asyncio.AbstractEventLoop) -> None:
         self.counters.packets_in += 1
         self.counters.bytes_in += len(data)
         if self.on_bytes is not None:

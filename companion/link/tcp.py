@@ -17,6 +17,8 @@ from companion.link.url import LinkUrl
 
 _LIMIT_BYTES = 4096
 """May wait to be sent: some 80 setpoints, and more than is on its way over a slow network."""
+_READ_BYTES = 65_536
+"""Read at once, so that the system's buffer never becomes a queue of old states."""
 _CONNECT_S = 4.0
 _WATCH_S = 0.25
 _MOST_STRANGERS = 4
@@ -118,7 +120,9 @@ class TcpOutLink(_TcpLink):
                 ended.set()
 
             def make(on_lost: Callable[[TcpStream, str], None] = on_lost) -> TcpStream:
-                return TcpStream(_LIMIT_BYTES, self._take, self._begin, on_lost)
+                return TcpStream(
+                    _LIMIT_BYTES, self._take, self._begin, on_lost, read_bytes=_READ_BYTES
+                )
 
             try:
                 async with asyncio.timeout(_CONNECT_S):
@@ -176,7 +180,9 @@ class TcpInLink(_TcpLink):
         await _resolve(self.url, loop)
         try:
             self._server = await loop.create_server(
-                lambda: TcpStream(_LIMIT_BYTES, self._hear, self._greet, self._lose),
+                lambda: TcpStream(
+                    _LIMIT_BYTES, self._hear, self._greet, self._lose, read_bytes=_READ_BYTES
+                ),
                 self.url.host,
                 self.url.port,
             )

@@ -11,7 +11,7 @@ from typing import cast
 from companion.link.stream_writer import Congestion, waiting_in_system
 
 _READ_BYTES = 4096
-"""At most so much is dealt with before the loop sees to something else."""
+"""At most so much is read before the loop sees to something else."""
 _SEND_BUFFER = 1 << 16
 _USER_TIMEOUT_MS = 5000
 
@@ -29,6 +29,8 @@ class TcpStream(asyncio.BufferedProtocol):
         on_bytes: "Callable[[TcpStream, bytes, float], None]",
         on_made: "Callable[[TcpStream], None] | None" = None,
         on_lost: "Callable[[TcpStream, str], None] | None" = None,
+        *,
+        read_bytes: int = _READ_BYTES,
     ) -> None:
         """Prepare.
 
@@ -37,6 +39,7 @@ class TcpStream(asyncio.BufferedProtocol):
             on_bytes: given what comes, and the loop's time.
             on_made: told when the connection is there.
             on_lost: told, with the reason, when it is gone.
+            read_bytes: so much is read before the loop sees to something else.
         """
         self.heard_s = 0.0
         """When something came last; before that, when the connection was made."""
@@ -44,7 +47,7 @@ class TcpStream(asyncio.BufferedProtocol):
         self._on_bytes = on_bytes
         self._on_made = on_made
         self._on_lost = on_lost
-        self._buffer = bytearray(_READ_BYTES)
+        self._buffer = bytearray(read_bytes)
         self._transport: asyncio.Transport | None = None
         self._socket: socket.socket | None = None
         self._cut_because = ""

@@ -53,9 +53,11 @@ class Frame(NamedTuple):
 class Framer:
     """Cuts frames out of one byte stream.  Keeps at most one unfinished frame in memory."""
 
-    __slots__ = ("_learned", "_pending")
+    __slots__ = ("_learned", "_pending", "looks")
 
     def __init__(self) -> None:
+        self.looks = 0
+        """Places at which a packet seemed to begin, so far: what the work goes by."""
         self._pending = b""
         self._learned: dict[int, int] = {}
 
@@ -80,12 +82,13 @@ class Framer:
     def _split(self, data: bytes) -> tuple[list[Frame], bytes]:
         """Frames in `data`, and the bytes at its end that may be the start of one more."""
         frames: list[Frame] = []
-        position, end = 0, len(data)
+        position, end, looks = 0, len(data), 0
         while position < end:
             magic = data[position]
             if magic != MAGIC_V2 and magic != MAGIC_V1:
                 position = _next_magic(data, position + 1)
                 continue
+            looks += 1
             header = 10 if magic == MAGIC_V2 else 6
             if end - position < header:
                 if magic == MAGIC_V2 and end - position > 2 and data[position + 2] > 1:
@@ -118,6 +121,7 @@ class Framer:
                 Frame(raw, version, message_id, system_id, component_id, sequence, signed)
             )
             position += length
+        self.looks += looks
         return frames, data[position:]
 
     def _crc_fits(self, raw: bytes, header: int, message_id: int) -> bool:

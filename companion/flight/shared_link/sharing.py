@@ -41,11 +41,31 @@ def watch_link(flight: Flight) -> None:
 
     connection.on_link_change = on_change
     connection.on_other_vehicle = on_other
+    connection.reception.on_flood = partial(voice.tell, "warning")
 
 
 @contextlib.asynccontextmanager
 async def shared_link(flight: Flight) -> AsyncIterator[None]:
     """Forward while a flight runs, and after it for as long as a pilot needs the link.
+
+    Args:
+        flight: whose link it is.
+
+    Raises:
+        LinkError: an endpoint cannot be opened.
+    """
+    try:
+        async with _forwarded(flight):
+            yield
+    finally:
+        remark = flight.connection.reception.flood_remark
+        if remark:
+            flight.voice.tell("warning", remark)
+
+
+@contextlib.asynccontextmanager
+async def _forwarded(flight: Flight) -> AsyncIterator[None]:
+    """Forward, if there is anybody to forward to.
 
     Args:
         flight: whose link it is.

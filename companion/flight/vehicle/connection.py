@@ -13,12 +13,15 @@ from companion.flight.errors import LinkLostError
 from companion.flight.vehicle.admission import Admission
 from companion.flight.vehicle.exchanges import Exchanges
 from companion.flight.vehicle.health import Health
-from companion.flight.vehicle.pulse import MISSING_S, Pulse
-from companion.flight.vehicle.reports import REPORT_IDS, Reports
+from companion.flight.vehicle.intake import Gate
+from companion.flight.vehicle.losses import Losses
+from companion.flight.vehicle.pulse import Pulse
+from companion.flight.vehicle.reception import Reception
+from companion.flight.vehicle.reports import LANDED_ON_GROUND, REPORT_IDS, Reports
 from companion.flight.vehicle.samples import Samples
 from companion.flight.vehicle.waiting import Waiting
 from companion.link.link import Link
-from companion.mavlink.boot_time import BootWatch
+from companion.mavlink.boot_time import BootWatch, Fall
 from companion.mavlink.codec import Packer, decode, signed_anew
 from companion.mavlink.commands import ack_from_frame
 from companion.mavlink.dialect import message_name
@@ -85,11 +88,22 @@ class Connection:
         """With it, everything that leaves is signed, and only what is signed right is read."""
         self.admission = Admission(None if signing is None else signing.verifier)
         self.waiting = Waiting()
-        self.exchanges = Exchanges(self.waiting, self.send, lambda: self.dialect)
+        self.losses = Losses()
+        """Of the vehicle's packets, of late."""
+        self.exchanges = Exchanges(
+            self.waiting, self.send, lambda: self.dialect, self.losses.patience
+        )
         self.reports = Reports(on_mode=self._on_mode)
         self.clock = ClockEstimator()
         self.peers = PeerTable(wanted_system_id=system_id)
         self.framer = Framer()
+        self.reception = Reception(
+            link,
+            self.framer,
+            Gate(self.admission.admit, self._note, self._may_be_vehicle),
+            lambda: self.loop_rate,
+            self._deal_with,
+        )
         self.health = Health()
         """What our own heartbeat says of us."""
         self.streams: tuple[Stream, ...] = ()
@@ -100,13 +114,16 @@ class Connection:
         """How often the state was asked for; 0 before that."""
         self.restarts = 0
         """How often the autopilot has been seen to restart."""
+        self.clocks_set_back = 0
+        """How often its clock has been seen to be set back."""
         self.lost_after_s = math.inf
         """The link counts as lost after this long in silence."""
         self.heard_s = -math.inf
         """When anything came from the vehicle last."""
-        self.pulse = Pulse(self.loop_seconds)
+        self.pulse = Pulse(self.loop_seconds, self.losses)
         self.samples = Samples()
         """The vehicle's state, as it arrives."""
+        self.samples.in_air = lambda: self.reports.landed_state > LANDED_ON_GROUND
         self.on_trouble: Callable[[str], None] | None = None
         """Told, once for each kind of message, what could not be dealt with."""
         self.listeners: dict[int, list[FrameListener]] = {}
@@ -129,7 +146,7 @@ class Connection:
         self._heartbeat_due_s = -math.inf
         self._text_id = 0
         self._troubles: dict[str, int] = {}
-        link.on_bytes = self._on_bytes
+        link.on_bytes = self.reception.take
         link.on_change = self._on_link_change
 
     @property
@@ -205,8 +222,19 @@ class Connection:
         if not self.pulse.missing(asyncio.get_running_loop().time()):
             return ""
         return (
-            f"no HEARTBEAT of the autopilot came for {MISSING_S:g} s, though other messages do: "
-            "whether it is armed is not known"
+            f"no HEARTBEAT of the autopilot came for {self.pulse.missing_after_s:g} s, though "
+            "other messages do: whether it is armed is not known"
+        )
+
+    @property
+    def unheard_because(self) -> str:
+        """Why the vehicle seems not to hear us, though it is heard; empty if it answers."""
+        unheard_s = self.pulse.unheard_for_s(asyncio.get_running_loop().time(), self.clock)
+        if unheard_s <= self.pulse.unheard_after_s:
+            return ""
+        return (
+            f"for {unheard_s:.1f} s the autopilot has answered nothing (TIMESYNC), though it is "
+            "heard: what the companion sends does not arrive"
         )
 
     async def request_streams(self, state_rate_hz: float) -> None:
@@ -219,9 +247,14 @@ class Connection:
         source, self.streams = await self.exchanges.request_streams(self.target, state_rate_hz)
         self.samples.make_of(source)
 
+    @property
+    def loop_rate(self) -> float:
+        """Seconds of the autopilot's clock per second of ours; 1 while that is not known."""
+        return self.clock.rate if self.clock.valid else 1.0
+
     def loop_seconds(self, autopilot_seconds: float) -> float:
         """How long a time of the autopilot's clock is by ours."""
-        return autopilot_seconds / max(0.1, self.clock.rate if self.clock.valid else 1.0)
+        return autopilot_seconds / max(0.1, self.loop_rate)
 
     def send(self, outgoing: Outgoing) -> None:
         """Send a message, then record it."""
@@ -293,12 +326,7 @@ class Connection:
         except Exception as error:
             self._trouble("housekeeping", error)
 
-    def _on_bytes(self, data: bytes, received_s: float) -> None:
-        frames = self.framer.feed(data)
-        if self._link.datagrams:
-            # What looks like the start of a packet is none: the rest will never come.
-            frames += self.framer.finish()
-        frames = self.admission.admit(frames)
+    def _deal_with(self, frames: list[Frame], received_s: float) -> None:
         for frame in frames:
             try:
                 self._on_frame(frame, received_s)
@@ -315,13 +343,21 @@ class Connection:
             except Exception as error:
                 self._trouble("forwarding", error)
 
+    def _note(self, frame: Frame, received_s: float) -> None:
+        """Count a frame, whether there is time for it or not."""
+        self.peers.on_frame(frame, received_s)
+        if self.peers.is_vehicle(frame):
+            self.losses.on_packet(frame.sequence)
+
+    def _may_be_vehicle(self, frame: Frame) -> bool:
+        return self.peers.vehicle is None or self.peers.is_vehicle(frame)
+
     def _on_link_change(self, down_because: str) -> None:
-        self.framer.finish()  # what was begun before has no continuation
+        self.reception.break_off()
         if self.on_link_change is not None:
             self.on_link_change(down_because)
 
     def _on_frame(self, frame: Frame, received_s: float) -> None:
-        self.peers.on_frame(frame, received_s)
         message_id = frame.message_id
         if message_id == MessageId.HEARTBEAT:
             self._on_heartbeat(frame, received_s)
@@ -334,8 +370,11 @@ class Connection:
         if message_id in STATE_MESSAGES:
             self.samples.take(frame, received_s, self.clock)
         elif message_id == MessageId.TIMESYNC:
-            if self._boot.restarted(boot_time_s(frame)):
+            fall = self._boot.fall(boot_time_s(frame), received_s, self.loop_rate)
+            if fall is Fall.RESTART:
                 self._on_restart()
+            elif fall is Fall.SET_BACK:
+                self._on_clock_set_back()
             for outgoing in self.clock.on_timesync(received_s, frame):
                 self.send(outgoing)
         elif message_id == MessageId.COMMAND_ACK:
@@ -357,6 +396,13 @@ class Connection:
         self.counts = {}
         self.reports.forget()
         self.pulse.forget()
+        self.losses.forget()
+        self.waiting.wake()
+
+    def _on_clock_set_back(self) -> None:
+        """Times of before and after do not go together."""
+        self.clocks_set_back += 1
+        self.clock = ClockEstimator()
         self.waiting.wake()
 
     def _on_heartbeat(self, frame: Frame, received_s: float) -> None:

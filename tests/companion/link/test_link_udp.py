@@ -146,9 +146,7 @@ async def test_who_is_no_vehicle_does_not_lock_the_vehicle_out(remotes, said):
 async def test_much_may_wait_in_the_system():
     link = await open_link(f"udpin://{LOOPBACK}:0", lambda data, time_s: None)
     try:
-        granted = link._transport.get_extra_info("socket").getsockopt(
-            socket.SOL_SOCKET, socket.SO_RCVBUF
-        )
+        granted = link._socket.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
     finally:
         link.close()
 
