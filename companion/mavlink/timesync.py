@@ -5,6 +5,9 @@ back with its own.  Half the round trip is taken for each way.  A straight line 
 exchanges, those with short round trips weighing most, gives offset and rate: an autopilot in a
 simulation may run anywhere between 0.9 and 20 times as fast as our clock.
 
+The questions also tell whether the way to the vehicle is open: while it is heard and answers none
+of them, what is sent to it does not arrive.
+
 Delays that vary tilt the line, most of all while it is short.  So the rate is the one nearest to 1
 that the exchanges allow: at first, each may be wrong by half its round trip; once they span two
 seconds, by what its round trip has over the shortest one.
@@ -19,8 +22,8 @@ from companion.mavlink.framing import Frame
 from companion.mavlink.messages import MessageId, Outgoing
 
 _WIRE = struct.Struct("<qq")
-_KEPT = 32
-_OUTSTANDING = 16
+_KEPT = 64
+_OUTSTANDING = 32
 _ENOUGH = 3
 _ENOUGH_SPAN_S = 0.5
 _LONG_SPAN_S = 2.0
@@ -34,7 +37,12 @@ _JUMP_S = 0.5
 _JUMPS_TO_BELIEVE = 3
 _BURST = 10
 _BURST_INTERVAL_S = 0.1
-_INTERVAL_S = 0.5
+INTERVAL_S = 0.25
+"""Between questions, but for the first few."""
+_PRESENT = 4
+"""Exchanges that tell how the link is now: of the last second, if none is lost."""
+_SLOWER_S = 0.02
+"""Round trips longer by this, all of them, are a link that has become slower."""
 
 
 def boot_time_s(frame: Frame) -> float:
@@ -67,12 +75,15 @@ class ClockEstimator:
         "_samples",
         "_sent_ns",
         "_sent_total",
+        "_unanswered_s",
     )
 
     def __init__(self) -> None:
         self._samples: deque[_Sample] = deque(maxlen=_KEPT)
         self._sent_ns: deque[int] = deque(maxlen=_OUTSTANDING)
         self._sent_total = 0
+        self._unanswered_s: deque[float] = deque(maxlen=_OUTSTANDING)
+        """When each question was asked since the newest one that was answered; oldest first."""
         self._due_s = -math.inf
         self._jumps = 0
         self._rate = 1.0
@@ -95,6 +106,25 @@ class ClockEstimator:
         return min((sample.round_trip_s for sample in self._samples), default=math.nan)
 
     @property
+    def present_round_trip_s(self) -> float:
+        """As `round_trip_s`, but at once longer when the link becomes slower."""
+        shortest_s = self.round_trip_s
+        present_s = min(
+            (sample.round_trip_s for sample in list(self._samples)[-_PRESENT:]), default=math.nan
+        )
+        return present_s if present_s > shortest_s + _SLOWER_S else shortest_s
+
+    def unanswered_since(self, since_s: float) -> float:
+        """When the first question was asked of those after `since_s` that nobody has answered.
+
+        Only questions count that are younger than the newest one that was answered.
+
+        Returns:
+            Our time; infinity if there is none.
+        """
+        return next((asked_s for asked_s in self._unanswered_s if asked_s >= since_s), math.inf)
+
+    @property
     def round_trips_s(self) -> tuple[float, ...]:
         """Of the last exchanges, by our clock, oldest first."""
         return tuple(sample.round_trip_s for sample in self._samples)
@@ -109,13 +139,14 @@ class ClockEstimator:
         return self._anchor_autopilot_s + self._rate * (now_s - self._anchor_s)
 
     def outgoing(self, now_s: float) -> list[Outgoing]:
-        """A TIMESYNC request, if one is due: ten quickly, then two a second."""
+        """A TIMESYNC request, if one is due: ten quickly, then four a second."""
         if now_s < self._due_s:
             return []
         sent_ns = round(now_s * 1e9)
         self._sent_ns.append(sent_ns)
         self._sent_total += 1
-        self._due_s = now_s + (_BURST_INTERVAL_S if self._sent_total < _BURST else _INTERVAL_S)
+        self._unanswered_s.append(now_s)
+        self._due_s = now_s + (_BURST_INTERVAL_S if self._sent_total < _BURST else INTERVAL_S)
         return [Outgoing(MessageId.TIMESYNC, _WIRE.pack(0, sent_ns))]
 
     def on_timesync(self, now_s: float, frame: Frame) -> list[Outgoing]:
@@ -126,7 +157,10 @@ class ClockEstimator:
             return [Outgoing(MessageId.TIMESYNC, _WIRE.pack(ours_ns, ts1))]
         if ts1 in self._sent_ns:  # else: an answer to somebody else's question
             self._sent_ns.remove(ts1)
-            round_trip_s = now_s - ts1 * 1e-9
+            asked_s = ts1 * 1e-9
+            while self._unanswered_s and self._unanswered_s[0] <= asked_s + 1e-6:
+                self._unanswered_s.popleft()
+            round_trip_s = now_s - asked_s
             if 0.0 <= round_trip_s <= _SLOWEST_ANSWER_S:
                 self._take(_Sample(now_s - round_trip_s / 2.0, tc1 * 1e-9, round_trip_s))
         return []

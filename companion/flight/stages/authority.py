@@ -31,6 +31,7 @@ class Authority:
         self._streaming = False
         self._landing = False
         self._restarts = 0
+        self._clocks_set_back = 0
         self.fault: Callable[[], Exception | None] = lambda: None
         """What else ends a flight by a landing; None while all is well."""
         self.handed_over = False
@@ -49,6 +50,7 @@ class Authority:
         self._stream.handing_over.ours = True
         self._streaming = streaming
         self._restarts = self._connection.restarts
+        self._clocks_set_back = self._connection.clocks_set_back
         self._landing = False
         self._connection.waiting.interruption = self._interruption
 
@@ -88,10 +90,10 @@ class Authority:
             )
             stream.stop(reason)
             return HandedOverError(reason)
-        blind = connection.blind_because
-        if blind:
-            stream.hand_over(blind)
-            return HandedOverError(blind)
+        astray = connection.blind_because or (self._astray() if self._streaming else "")
+        if astray:
+            stream.hand_over(astray)
+            return HandedOverError(astray)
         command = self._inbox.take()
         if command is PilotCommand.ABORT:
             return HandedOverError(f"{_ABORTED}: {self._after_abort()}")
@@ -104,6 +106,12 @@ class Authority:
         elif command is PilotCommand.RESUME:
             self._voice.tell("info", "nothing to resume: the companion flies")
         return None if self._landing else self.fault()
+
+    def _astray(self) -> str:
+        """Why setpoints are of no use any more; empty if they are."""
+        if self._connection.clocks_set_back > self._clocks_set_back:
+            return "the autopilot's clock was set back: its times mean nothing any more"
+        return self._connection.unheard_because
 
     def _after_abort(self) -> str:
         """What the vehicle does now, for a person."""

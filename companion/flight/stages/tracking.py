@@ -172,7 +172,8 @@ async def track(flight: Flight, timeline: Timeline) -> None:
     def over() -> bool:
         nonlocal phase
         state = connection.state
-        assert state is not None
+        if state is None:
+            return False
         now_in = timeline.phase(state.time_s)
         if now_in != phase:
             phase = now_in

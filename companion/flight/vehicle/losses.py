@@ -1,4 +1,4 @@
-"""How many of the vehicle's packets are lost of late, and how patient that asks the companion to be.
+"""How many of the vehicle's packets are lost of late, and what patience that asks for.
 
 MAVLink numbers the packets of a sender.  What is missed now and then on a good link is missed all
 the time on a bad one: a question is then repeated more often before it counts as refused, and more
@@ -53,16 +53,22 @@ class Losses:
         """Of the packets that the vehicle sends, of late."""
         return self._lost / (self._received + self._lost)
 
-    def in_a_row(self, chance: float) -> int:
-        """How many in a row must fail to come for that to be bad luck with no more than a chance."""
-        return max(1, math.ceil(math.log(chance) / math.log(min(_WORST, max(1e-9, self.share)))))
+    def packets_in_a_row(self, chance: float) -> int:
+        """How many must fail to come in a row for bad luck alone to have no more than a chance."""
+        return _in_a_row(min(_WORST, self.share), chance)
+
+    def answers_in_a_row(self, chance: float) -> int:
+        """The same of answers to questions: either way loses packets, as many as the other."""
+        return _in_a_row(1.0 - (1.0 - min(_WORST, self.share)) ** 2, chance)
 
     def patience(self, usual: Patience) -> Patience:
-        """A patience with a question: more of it where either way loses packets."""
-        unanswered = 1.0 - (1.0 - min(_WORST, self.share)) ** 2
-        attempts = math.ceil(math.log(_UNLUCKY) / math.log(max(1e-9, unanswered)))
-        return replace(usual, attempts=max(usual.attempts, attempts))
+        """A patience with a question: more of it where packets are lost."""
+        return replace(usual, attempts=max(usual.attempts, self.answers_in_a_row(_UNLUCKY)))
 
     def forget(self) -> None:
         """The sender has restarted, and numbers anew."""
         self._sequence = None
+
+
+def _in_a_row(share: float, chance: float) -> int:
+    return max(1, math.ceil(math.log(chance) / math.log(max(1e-9, share))))

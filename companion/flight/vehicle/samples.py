@@ -11,15 +11,24 @@ from companion.vehicle_state import VehicleState
 
 _ARRIVES_S = 1.0
 """The state counts as arriving for so long after a sample."""
+_LATE_S = 1.0
+"""A sample that is older than the newest by less was overtaken; by more, the clock was set back."""
 
 
 class Samples:
-    """Makes samples of the state messages of one vehicle."""
+    """Makes samples of the state messages of one vehicle.
+
+    A state that stays as it is to the last bit while its stamps go on is not measured any more:
+    in the air no estimate stands still.
+    """
 
     __slots__ = (
+        "_changed_s",
         "_reader",
         "_sampled_s",
         "count",
+        "frozen_after_s",
+        "in_air",
         "newest",
         "on_sample",
         "rejected",
@@ -36,6 +45,12 @@ class Samples:
         """What was wrong with the last one that came; empty if it was usable."""
         self.on_sample: Callable[[VehicleState, float], None] | None = None
         """Called with each usable one and the loop's time at which it came; must not raise."""
+        self.frozen_after_s = 0.1
+        """Position and velocity that have not changed for longer are frozen, in the air."""
+        self.in_air: Callable[[], bool] = lambda: False
+        """Whether the vehicle says that it flies; on the ground an estimate may stand still."""
+        self._changed_s = -math.inf
+        """Stamp of the sample at which position or velocity changed last."""
         self._reader = StateReader()
         self._sampled_s = -math.inf
 
@@ -74,12 +89,31 @@ class Samples:
             self.rejected += 1
             self.rejected_because = sample.reason
             return
+        newest = self.newest
+        behind_s = 0.0 if newest is None else newest.time_s - sample.time_s
+        if self._frozen(sample):
+            self.rejected += 1
+            self.rejected_because = "position and velocity are frozen while their stamps go on"
+            return
         self.rejected_because = ""
         self.count += 1
-        self.newest = sample
-        self._sampled_s = received_s
+        if newest is None or not 0.0 <= behind_s < _LATE_S:
+            self.newest = sample
+            self._sampled_s = received_s
         if self.on_sample is not None:
             self.on_sample(sample, received_s)
+
+    def _frozen(self, sample: VehicleState) -> bool:
+        newest = self.newest
+        if (
+            newest is None
+            or sample.position_enu_m != newest.position_enu_m
+            or sample.velocity_enu_m_s != newest.velocity_enu_m_s
+            or not self.in_air()
+        ):
+            self._changed_s = sample.time_s
+            return False
+        return sample.time_s - self._changed_s > self.frozen_after_s
 
     def forget(self) -> None:
         """The autopilot has restarted: its time has begun anew."""

@@ -26,7 +26,7 @@ def test_a_link_that_loses_nothing_asks_for_no_more_than_usual():
     hear(losses, range(1000))
     assert losses.share == 0.0
     assert losses.patience(USUAL) == USUAL
-    assert losses.in_a_row(1e-5) == 1
+    assert losses.packets_in_a_row(1e-5) == 1
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.3])
@@ -71,4 +71,4 @@ def test_whatever_numbers_come_the_share_is_one_and_the_patience_finite(numbers)
     hear(losses, numbers)
     assert 0.0 <= losses.share < 1.0
     assert 4 <= losses.patience(USUAL).attempts <= 40
-    assert 1 <= losses.in_a_row(1e-5) <= 40
+    assert 1 <= losses.packets_in_a_row(1e-5) <= 40

@@ -15,7 +15,6 @@ from companion.frames import (
     swap_flu_frd,
     yaw_of,
 )
-from companion.mavlink.boot_time import BootWatch
 from companion.mavlink.codec import Packer
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import MessageId, Outgoing
@@ -182,12 +181,3 @@ def test_a_real_ardupilots_yaw_realignment_is_one_jump_and_no_gap():
     assert max(moves) < 0.02
     assert min(steps_s) >= 0.008
     assert max(steps_s) <= 0.0121
-
-
-def test_a_restart_is_a_boot_time_that_falls():
-    watch = BootWatch()
-    assert not any(watch.restarted(t) for t in (100.0, 100.5, 100.4, 101.0, 100.1, 1e6))
-    assert watch.restarted(0.7)
-    assert not watch.restarted(1.2)
-    assert not watch.restarted(math.nan)
-    assert watch.latest_s == 1.2

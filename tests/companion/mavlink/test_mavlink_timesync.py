@@ -91,7 +91,7 @@ def test_nothing_is_valid_before_enough_exchanges():
     assert not clock.valid
 
 
-def test_questions_come_quickly_first_and_then_twice_a_second():
+def test_questions_come_quickly_first_and_then_four_times_a_second():
     clock = ClockEstimator()
     times = []
     now_s = 0.0
@@ -102,7 +102,7 @@ def test_questions_come_quickly_first_and_then_twice_a_second():
 
     gaps = [b - a for a, b in itertools.pairwise(times)]
     assert gaps[:9] == pytest.approx([0.1] * 9)
-    assert gaps[9:] == pytest.approx([0.5] * 5)
+    assert gaps[9:] == pytest.approx([0.25] * 5)
 
 
 def test_the_autopilots_own_question_is_answered_with_our_time():
@@ -191,3 +191,49 @@ def test_a_short_burst_is_not_valid_yet():
         valid.append(clock.valid)
 
     assert valid == [False] * 5 + [True] * 3
+
+
+def test_a_link_that_becomes_slower_is_noticed_within_a_second():
+    clock = ClockEstimator()
+    now_s = 0.0
+    while now_s < 10.0:
+        now_s = max(now_s, clock.due_s)
+        slow = now_s > 5.0
+        now_s = exchange(clock, now_s, autopilot=lambda t: t, there_s=0.1 if slow else 0.015)
+        if not slow or now_s > 6.5:
+            expected_s = 0.102 if slow else 0.017
+            assert clock.present_round_trip_s == pytest.approx(expected_s, abs=1e-6)
+    assert clock.round_trip_s == pytest.approx(0.017, abs=1e-6)
+
+
+def test_one_short_round_trip_tells_that_it_is_fast_again_and_jitter_is_nothing():
+    clock, now_s = ClockEstimator(), 0.0
+    for step in range(40):
+        now_s = max(now_s, clock.due_s)
+        back_s = 0.002 if step % 3 else 0.018
+        now_s = exchange(clock, now_s, autopilot=lambda t: t, back_s=back_s)
+    assert clock.present_round_trip_s == clock.round_trip_s
+
+
+def test_questions_that_nobody_answers_are_known_since_when():
+    clock = ClockEstimator()
+    assert clock.unanswered_since(0.0) == math.inf
+    now_s = exchange(clock, 1.0, autopilot=lambda t: t)
+    assert clock.unanswered_since(0.0) == math.inf
+    asked_s = []
+    while len(asked_s) < 5:
+        now_s = max(now_s, clock.due_s)
+        asked_s.append(now_s)
+        last = asked(clock.outgoing(now_s))[1]
+    assert clock.unanswered_since(0.0) == asked_s[0]
+    assert clock.unanswered_since(asked_s[2]) == asked_s[2]
+    clock.on_timesync(now_s + 0.3, timesync(1, last))
+    assert clock.unanswered_since(0.0) == math.inf
+
+
+def test_an_answer_to_an_early_question_leaves_the_later_ones_open():
+    clock = ClockEstimator()
+    first = asked(clock.outgoing(0.0))[1]
+    clock.outgoing(0.1)
+    clock.on_timesync(0.15, timesync(1, first))
+    assert clock.unanswered_since(0.0) == 0.1
