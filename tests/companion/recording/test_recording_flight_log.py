@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import tracemalloc
 
 import pytest
 
@@ -66,6 +67,7 @@ def test_while_flying_the_files_are_at_most_a_quarter_of_a_second_behind(tmp_pat
 
 KILLED = """
 import sys
+import tracemalloc
 from pathlib import Path
 from companion.recording.flight_log import FlightLog
 log = FlightLog(Path(sys.argv[1]))
@@ -242,3 +244,19 @@ def test_whatever_a_file_raises_gives_up_that_file_alone(tmp_path, monkeypatch, 
     assert "ValueError: broken" in log.trouble
     assert broken in log.trouble
     assert whole not in log.trouble
+
+
+def test_an_hour_of_flight_takes_no_more_memory_than_a_minute(tmp_path):
+    log = FlightLog(tmp_path)
+    fly(log, end_s=20.0)
+    tracemalloc.start()
+    try:
+        fly(log, start_s=20.0, end_s=40.0)
+        before = tracemalloc.get_traced_memory()[0]
+        fly(log, start_s=40.0, end_s=240.0)
+        grown = tracemalloc.get_traced_memory()[0] - before
+    finally:
+        tracemalloc.stop()
+    log.close()
+
+    assert grown * 3600.0 / 200.0 < 0.3 * 2**20
