@@ -10,6 +10,7 @@ import typer
 
 from companion import cli_options as options
 from companion.cli_faults import faults
+from companion.cli_logs import recover, replay
 
 app = typer.Typer(
     name="companion",
@@ -688,6 +689,8 @@ def compare(
 
 
 app.command()(faults)
+app.command()(replay)
+app.command()(recover)
 
 _Pid = Annotated[int | None, typer.Option(help="Process id of the flight, if several are running.")]
 
