@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from companion.config.base import NonNegative, Positive, Section
 from companion.config.resolve import configs_folder
@@ -86,7 +86,12 @@ class Row(Section):
         if self.kind == "flight" and self.faults is None:
             raise ValueError("a row that is flown has faults. Give 'faults'")
         for autopilot in self.differs:
-            self.promised(autopilot)
+            try:
+                self.promised(autopilot)
+            except ValidationError as error:
+                first = error.errors()[0]
+                key = ".".join(str(part) for part in ("differs", autopilot, *first["loc"]))
+                raise ValueError(f"{key}: {first['msg']}") from error
         return self
 
     def promised(self, autopilot: Flavour) -> Promise:
