@@ -1,25 +1,31 @@
 """The simulated vehicle: plant, estimator and autopilot, stepped together at 250 Hz."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
 
 from sitl_shim.autopilot.flavours import aiding_of, make_autopilot
-from sitl_shim.autopilot.interface import TICK_S, TICK_US, Autopilot
+from sitl_shim.autopilot.interface import TICK_S, TICK_US, Autopilot, BatteryReport
 from sitl_shim.data_file import DataFileError
 from sitl_shim.faults.schema import NO_FAULTS, load_faults
+from sitl_shim.faults.vehicle_acts import VehicleFaults
+from sitl_shim.faults.vehicle_clock import BootClock
+from sitl_shim.faults.vehicle_estimate import step_between
+from sitl_shim.faults.vehicle_events import link_happened
 from sitl_shim.frames import Vector3
 from sitl_shim.plant.payload import LEAST_MASS_SHARE
 from sitl_shim.plant.quadrotor import Plant
 from sitl_shim.plant.state import PlantState
 from sitl_shim.plant.vehicle import VehicleModel, load_vehicle
 from sitl_shim.sensors.aided_estimator import AidedEstimator
-from sitl_shim.sensors.aiding import ExternalPose
+from sitl_shim.sensors.aiding import ExternalPose, nothing_of
 from sitl_shim.sensors.estimator import Estimate
 from sitl_shim.sensors.heading_error import turned
 from sitl_shim.sensors.profile import load_profile
 from sitl_shim.wind import Moments, Scenario, load_scenario, make_wind, scenario_path
 from sitl_shim.wind.happened import Happened, awaits_setpoints, happened
+
+_BATTERY_PERIOD_US = 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,48 +107,105 @@ class Simulation:
         profile = load_profile(own if options.sensors is None else options.sensors)
         self._estimator = AidedEstimator(profile, self.vehicle, seed=options.seed)
         self.origin = _ORIGINS.get(options.autopilot, GlobalOrigin())
-        self.autopilot: Autopilot = make_autopilot(
-            options.autopilot,
-            {
-                **self.vehicle.parameters_of(options.autopilot),
-                **self.faults.parameters_of(options.autopilot),
-                **options.parameters,
-            },
-            seed=options.seed,
-            origin_altitude_amsl_m=self.origin.altitude_amsl_m,
-            airborne=airborne is not None,
-            speed=options.speed,
-            boot_scale=options.boot_scale,
-            system_id=options.system_id,
-        )
+
+        def make() -> Autopilot:
+            return make_autopilot(
+                options.autopilot,
+                {
+                    **self.vehicle.parameters_of(options.autopilot),
+                    **self.faults.parameters_of(options.autopilot),
+                    **options.parameters,
+                },
+                seed=options.seed,
+                origin_altitude_amsl_m=self.origin.altitude_amsl_m,
+                airborne=airborne is not None and self.boots == 0,
+                speed=options.speed,
+                boot_scale=options.boot_scale,
+                system_id=options.system_id,
+            )
+
+        self.boots = 0
+        """How often the autopilot has been started again."""
+        self._befalls: VehicleFaults | None = None
+        self._regained = False
+        self._make_autopilot = make
+        self.autopilot: Autopilot = make()
         self._flavour = options.autopilot
         self._revision = -1
+        self._position_there = True
         self._tell_estimator()
+        self.clock = BootClock()
+        """The autopilot's."""
+        self.elapsed_us = 0
+        """Simulated time, µs: a multiple of 4000."""
         self.time_us = 0
-        """Time since boot, µs: a multiple of 4000."""
+        """Time since the autopilot's boot, µs: what it counts and waits by."""
+        self.stamp_us = 0
+        """What it says of its time since boot, µs: its clock may have jumped."""
         self.state: PlantState = self._plant.state
         """The truth now."""
-        self.estimate: Estimate = self._estimate()
-        """What the autopilot believes now."""
-        self._commands = self.autopilot.step(0, self.estimate)
+        if self.faults.vehicle:
+            self._befalls = VehicleFaults(
+                self.faults, options.autopilot, self.moments, self.vehicle.battery
+            )
+        self._motion: Estimate = self._estimate()
+        self.estimate: Estimate = self._motion
+        """What the autopilot says that it believes: what it believes now, unless that is frozen."""
+        self.estimate_us = 0
+        """Its time stamp, µs."""
+        self.estimate_resets = 0
+        """How many resets of it have been announced."""
+        self._commands = self.autopilot.step(0, self._motion)
 
     @property
-    def time_ms(self) -> int:
-        """Time since boot, ms."""
-        return self.time_us // 1000
+    def stamp_ms(self) -> int:
+        """`stamp_us` in ms, as 32 bits hold it."""
+        return self.stamp_us // 1000 & 0xFFFFFFFF
+
+    @property
+    def estimate_ms(self) -> int:
+        """`estimate_us` in ms, as 32 bits hold it."""
+        return self.estimate_us // 1000 & 0xFFFFFFFF
 
     def sense(self) -> None:
         """Advance by 4 ms: the plant under the last commands, then the estimate."""
+        self.elapsed_us += TICK_US
         self.time_us += TICK_US
+        self.stamp_us += TICK_US
         self.state = self._plant.step(self._commands)
+        befalls = self._befalls
+        if befalls is not None:
+            befalls.act(self.elapsed_us, self)
+            self.stamp_us = self.time_us + self.clock.jump_us
         if self.autopilot.parameters.revision != self._revision:
             self._tell_estimator()
-        self.estimate = self._estimate()
+        if self.time_us % _BATTERY_PERIOD_US == 0:
+            self.autopilot.battery = self.battery
+        self._motion = estimate = self._estimate()
+        if befalls is None or not befalls.frozen:
+            self.estimate = estimate
+            self.estimate_us = self.stamp_us
+        elif not befalls.stamps_frozen:
+            self.estimate_us = self.stamp_us
 
     def _estimate(self) -> Estimate:
         estimate = self._estimator.update(self.state)
         error_rad = self.autopilot.estimator.yaw_error_rad
-        return estimate if error_rad == 0.0 else turned(estimate, error_rad)
+        if error_rad != 0.0:
+            estimate = turned(estimate, error_rad)
+        return estimate if self._befalls is None else self._befall(self._befalls, estimate)
+
+    def _befall(self, befalls: VehicleFaults, estimate: Estimate) -> Estimate:
+        """What faults make of an estimate."""
+        estimate = befalls.estimate.of(estimate)
+        if self._regained:
+            self._regained = False
+            step = step_between(self._motion, estimate)
+            befalls.estimate.count(step)
+            self.autopilot.note_reset(step)
+        if not befalls.frozen:
+            self.estimate_resets = befalls.estimate.resets
+        return estimate
 
     def receive_pose(self, pose: ExternalPose) -> None:
         """Take a pose that was measured from outside."""
@@ -151,20 +214,54 @@ class Simulation:
     def _tell_estimator(self) -> None:
         """Let the estimator lean on what the autopilot's parameters say."""
         self._revision = self.autopilot.parameters.revision
-        self._estimator.aiding = aiding_of(self._flavour, self.autopilot.parameters)
+        aiding = aiding_of(self._flavour, self.autopilot.parameters)
+        self._estimator.aiding = aiding if self._position_there else nothing_of(aiding)
+
+    @property
+    def battery(self) -> BatteryReport:
+        """What the battery says."""
+        if self._befalls is not None:
+            return self._befalls.battery.of(self.state)
+        return BatteryReport(self.state.battery_remaining, self.state.battery_voltage_v)
 
     def control(self) -> None:
         """Let the autopilot act on the estimate; belongs after each `sense`."""
-        self._commands = self.autopilot.step(self.time_us, self.estimate)
+        self._commands = self.autopilot.step(self.time_us, self._motion)
         if self._awaits_setpoints and self.autopilot.follows_setpoints and not self.state.on_ground:
             self._awaits_setpoints = False
             self._plant.follow_setpoints()
 
+    # --- what befalls it ---
+
+    def reboot(self) -> None:
+        """Begin the autopilot anew; what was set of its parameters it has kept."""
+        self.boots += 1
+        kept = self.autopilot.parameters
+        self.autopilot = self._make_autopilot()
+        store = self.autopilot.parameters
+        for name in store.names:
+            if store[name] != kept[name]:
+                store.learn(name, kept[name])
+        self.clock.reboot(self.elapsed_us)
+        self.time_us = 0
+        self._tell_estimator()
+        self.autopilot.battery = self.battery
+
+    def rely_on_position(self, there: bool) -> None:
+        """Let the estimator have measurements of its position, or none."""
+        self._regained = there and not self._position_there
+        self._position_there = there
+        self._tell_estimator()
+
     @property
     def happened(self) -> list[Happened]:
-        """The scenario's events in flight so far, in their order."""
-        time_s = self.time_us * 1e-6
-        return happened(self._scenario, self.moments, self.vehicle.mass_kg, time_s)
+        """The events in flight so far, in their order: the scenario's and the faults'."""
+        time_s = self.elapsed_us * 1e-6
+        found = happened(self._scenario, self.moments, self.vehicle.mass_kg, time_s)
+        found += link_happened(self.faults, self.moments, time_s)
+        found.sort(key=lambda event: event.time_s)
+        told = [replace(event, time_s=self.clock.stamp_s(event.time_s)) for event in found]
+        return told if self._befalls is None else told + self._befalls.happened
 
 
 def _refuse_too_light(scenario: Scenario, vehicle: VehicleModel, name_or_path: str | Path) -> None:

@@ -1,4 +1,4 @@
-"""The scenario's events, as the simulation's truth tells them."""
+"""The events of a scenario, and the faults, as the simulation's truth tells them."""
 
 import math
 import struct
@@ -9,6 +9,23 @@ from companion.mavlink.telemetry import Rejected
 
 _NAMED_VALUE_FLOAT = struct.Struct("<If10s")
 
+_WORDS: dict[str, tuple[str, str]] = {
+    "front": ("gust front, {value:.3g} m/s", ""),
+    "reset": ("estimate reset by {value:.3g} m", "estimate reset"),
+    "jump": ("estimate jumps by {value:.3g} m, unannounced", "estimate jumps, unannounced"),
+    "velocity": ("estimated velocity steps by {value:.3g} m/s", ""),
+    "heading": ("estimated heading steps by {value:.3g}°", ""),
+    "pos lost": ("position lost", "position back"),
+    "frozen": ("telemetry frozen", "telemetry goes on"),
+    "clock": ("autopilot's clock jumps by {value:+.3g} s", ""),
+    "reboot": ("autopilot reboots", ""),
+    "mode": ("mode chosen by somebody else", ""),
+    "disarm": ("disarmed by somebody else", ""),
+    "battery": ("battery reports {value:.0%}", ""),
+    "link": ("link fault {value:.0f} begins", ""),
+}
+"""What is said, and what where the value is 0; without the latter always the former."""
+
 
 @dataclass(frozen=True, slots=True)
 class TruthEvent:
@@ -17,9 +34,14 @@ class TruthEvent:
     time_s: float
     """Of the autopilot's clock."""
     name: str
-    """``payload``, ``motor1`` … ``motor4`` or ``front``."""
+    """``payload``, ``motor1`` … ``motor4`` or ``front``; of a fault ``reset``, ``jump``,
+    ``velocity``, ``heading``, ``pos lost``, ``frozen``, ``clock``, ``reboot``, ``mode``,
+    ``disarm``, ``battery`` or ``link``."""
     value: float
-    """Mass carried from then on (kg), the motor's thrust factor, or the front's speed (m/s)."""
+    """Mass carried from then on (kg), the motor's thrust factor, the front's speed (m/s); metres
+    that the estimate steps by, m/s or degrees beside that; 1 at the beginning and 0 at the end of
+    what lasts; the clock's jump (s), the number of the boot, the custom_mode, the share that the
+    battery reports, or the link fault's place in its file."""
 
     @property
     def text(self) -> str:
@@ -28,8 +50,10 @@ class TruthEvent:
             return f"payload {self.value:.3g} kg" if self.value else "payload dropped"
         if self.name.startswith("motor"):
             return f"motor {self.name[5:]} at {self.value:.0%} thrust"
-        if self.name == "front":
-            return f"gust front, {self.value:.3g} m/s"
+        words = _WORDS.get(self.name)
+        if words is not None:
+            begins, ends = words
+            return (begins if self.value or not ends else ends).format(value=self.value)
         return f"{self.name} {self.value:.3g}"
 
 

@@ -1,11 +1,14 @@
 """The autopilots that the shim can play, by name.  A new flavour is registered here."""
 
 from collections.abc import Callable, Mapping
+from math import nan
 
 from sitl_shim.autopilot.ardupilot.autopilot import ArduCopter
-from sitl_shim.autopilot.interface import Autopilot
+from sitl_shim.autopilot.ardupilot.modes import mode_named as ardupilot_mode_named
+from sitl_shim.autopilot.interface import Autopilot, Command
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4.autopilot import Px4Autopilot
+from sitl_shim.autopilot.px4.modes import mode_named as px4_mode_named
 from sitl_shim.autopilot.px4.parameters import aiding_of as px4_aiding
 from sitl_shim.autopilot.px4.parameters import scale_timeouts
 from sitl_shim.sensors.aiding import Aiding
@@ -57,6 +60,8 @@ def aiding_of(flavour: str, parameters: ParameterStore) -> Aiding:
     return px4_aiding(parameters) if flavour == "px4" else Aiding()
 
 
+_CMD_SET_MODE = 176
+_CUSTOM_MODE_ENABLED = 1.0
 _SYSTEM_ID = {"px4": "MAV_SYS_ID", "ardupilot": "MAV_SYSID"}
 _SAID_OTHERWISE = {
     **dict.fromkeys(_SYSTEM_ID.values(), "--system-id"),
@@ -68,6 +73,23 @@ _SAID_OTHERWISE = {
 def flavours() -> tuple[str, ...]:
     """Names of the flavours."""
     return tuple(_FLAVOURS)
+
+
+def mode_number(flavour: str, name: str) -> int:
+    """The custom_mode of a flavour's mode, by its name.
+
+    Raises:
+        ValueError: it has no mode of this name; the text says which there are.
+    """
+    return int(px4_mode_named(name) if flavour == "px4" else ardupilot_mode_named(name))
+
+
+def mode_command(flavour: str, custom_mode: int) -> Command:
+    """The DO_SET_MODE by which a ground station asks for a mode."""
+    number = (float(custom_mode), 0.0)
+    if flavour == "px4":
+        number = (float(custom_mode >> 16 & 0xFF), float(custom_mode >> 24))
+    return Command(_CMD_SET_MODE, (_CUSTOM_MODE_ENABLED, *number, nan, nan, nan, nan))
 
 
 def make_autopilot(

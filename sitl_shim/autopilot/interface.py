@@ -131,6 +131,29 @@ class EstimatorState:
 
 
 @dataclass(frozen=True, slots=True)
+class EstimateStep:
+    """By how much the estimator set its estimate anew."""
+
+    position_enu_m: Vector3
+    velocity_enu_m_s: Vector3
+    yaw_rad: float
+    """About up."""
+
+
+@dataclass(frozen=True, slots=True)
+class BatteryReport:
+    """What the battery's monitor says."""
+
+    remaining: float
+    """Share of the charge, 0 to 1."""
+    voltage_v: float
+
+
+FULL = BatteryReport(1.0, math.inf)
+"""Of a battery of which nothing is known yet."""
+
+
+@dataclass(frozen=True, slots=True)
 class PositionSetpoint:
     """A position, velocity and acceleration setpoint that came in.  World ENU.
 
@@ -202,6 +225,8 @@ class Autopilot(Protocol):
 
     parameters: ParameterStore
     mission: MissionPlan
+    battery: BatteryReport
+    """What the battery says; set from outside."""
 
     def step(self, time_us: int, motion: Motion) -> RotorCommands:
         """Run one period of 4 ms and return the rotors' signals."""
@@ -217,6 +242,12 @@ class Autopilot(Protocol):
 
     def receive_heartbeat(self, system_id: int) -> None:
         """A heartbeat of another system came in."""
+
+    def receive_sticks(self, custom_mode: int) -> None:
+        """A pilot is there from now on: the mode switch says this, sticks stand in the middle."""
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """The estimator says that it has set its estimate anew: nobody is to fly after it."""
 
     def take_texts(self) -> Sequence[StatusText]:
         """Texts since the last call."""

@@ -38,7 +38,7 @@ class Datagram(NamedTuple):
     """Bytes on their way to a client."""
 
     due_s: float
-    """Simulated time since boot at which they arrive."""
+    """Simulated time at which they arrive."""
     link: int
     data: bytes
 
@@ -67,6 +67,7 @@ class Shim:
         unix_s: Callable[[], float] | None = None,
     ) -> None:
         self.simulation = Simulation(options)
+        self._boots = 0
         self.signing = Signing(
             options.signing_key,
             unix_s or (lambda: _BOOT_UNIX_S + self.time_s),
@@ -74,35 +75,41 @@ class Shim:
         )
         self._system_id = options.system_id
         self.personality = personality_of(options.autopilot)
+        self._options = options
+        self._kinds = tuple(links)
+        self._start()
+        vehicle = self.simulation.vehicle
+        self._command_delay_us = vehicle.command_delay_s * 1e6
+        self._telemetry_delay_s = vehicle.telemetry_delay_s
+        self._incoming: deque[tuple[float, int, bytes]] = deque()
+        self._text_id = 0
+
+    def _start(self) -> None:
+        """What begins with each boot: links without a past, and services without memory."""
+        options, sim = self._options, self.simulation
         self._links = [
             Link(
                 kind,
                 self.personality,
                 system_id=options.system_id,
                 truth=options.truth and kind is LinkKind.ONBOARD,
-                estimate_interval_us=self.simulation.autopilot.estimate_interval_us,
+                estimate_interval_us=sim.autopilot.estimate_interval_us,
                 random=np.random.default_rng(
                     np.random.SeedSequence(options.seed, spawn_key=(_SEED_STREAM, index))
                 ),
+                truth_begins_us=0 if sim.boots else self.personality.listens_from_us,
             )
-            for index, kind in enumerate(links)
+            for index, kind in enumerate(self._kinds)
         ]
-        self._services = Services(
-            Context(self.simulation, self._links, options.system_id, self.signing)
-        )
+        self._services = Services(Context(sim, self._links, options.system_id, self.signing))
         for index, link in enumerate(self._links):
             link.sign(self.signing, index)
-        vehicle = self.simulation.vehicle
-        self._command_delay_us = vehicle.command_delay_s * 1e6
-        self._telemetry_delay_s = vehicle.telemetry_delay_s
-        self._incoming: deque[tuple[float, int, bytes]] = deque()
         self._commands: list[tuple[Link, Message, Command]] = []
-        self._text_id = 0
 
     @property
     def time_s(self) -> float:
-        """Simulated time since boot."""
-        return self.simulation.time_us / 1e6
+        """Simulated time."""
+        return self.simulation.elapsed_us / 1e6
 
     def receive(self, link: int, data: bytes, time_s: float) -> None:
         """Take bytes that a client sent at a simulated time; times must not decrease."""
@@ -112,8 +119,11 @@ class Shim:
         """Advance by one tick and return what leaves at it."""
         sim = self.simulation
         sim.sense()
+        if sim.boots != self._boots:
+            self._boots = sim.boots
+            self._start()
         # Half a microsecond, so that rounding in the driver's clock loses no tick.
-        now_us = sim.time_us + 0.5
+        now_us = sim.elapsed_us + 0.5
         incoming = self._incoming
         while incoming and incoming[0][0] <= now_us:
             _, link, data = incoming.popleft()
@@ -125,10 +135,10 @@ class Shim:
 
     def _collect(self) -> list[Datagram]:
         sim = self.simulation
+        due_s = self.time_s + self._telemetry_delay_s
         if sim.time_us < self.personality.listens_from_us:
             sim.autopilot.take_texts()
-            return []
-        due_s = sim.time_us / 1e6 + self._telemetry_delay_s
+            return self._collect_truth(due_s) if sim.boots else []
         self._send_announcements()
         self._send_texts()
         self._services.step(sim.time_us)
@@ -136,6 +146,15 @@ class Shim:
         for index, link in enumerate(self._links):
             link.stream(sim)
             datagrams += [Datagram(due_s, index, frame) for frame in link.take(sim.time_us)]
+        return datagrams
+
+    def _collect_truth(self, due_s: float) -> list[Datagram]:
+        """What the simulator tells while the autopilot that boots again is silent."""
+        datagrams: list[Datagram] = []
+        for index, link in enumerate(self._links):
+            link.stream_truth(self.simulation)
+            datagrams += [Datagram(due_s, index, frame) for frame in link.outgoing]
+            link.outgoing = []
         return datagrams
 
     def _send_announcements(self) -> None:

@@ -33,6 +33,7 @@ class Link:
         truth: whether the simulator's truth is streamed here.
         estimate_interval_us: how often the autopilot's estimator publishes.
         random: draws which ticks let messages leave, where the flavour sends in bursts.
+        truth_begins_us: boot time from which the truth is streamed.
     """
 
     __slots__ = (
@@ -62,6 +63,7 @@ class Link:
         truth: bool,
         estimate_interval_us: int,
         random: np.random.Generator,
+        truth_begins_us: int,
     ) -> None:
         self.kind = kind
         self.personality = personality
@@ -80,7 +82,7 @@ class Link:
             TRUTH_RATES_HZ if truth else {},
             estimate_interval_us,
             grid_origin_us=personality.grid_origin_us,
-            begin_us=personality.listens_from_us,
+            begin_us=truth_begins_us,
         )
         self.spoken_to = False
         """Whether a client has said anything here."""
@@ -161,7 +163,11 @@ class Link:
             message = builder(sim)
             if message is not None:
                 self.outgoing.append(self._autopilot.pack(message))
-        for builder in self.truth_streams.due(now_us):
+        self.stream_truth(sim)
+
+    def stream_truth(self, sim: Simulation) -> None:
+        """Queue what is due of the truth at this tick."""
+        for builder in self.truth_streams.due(sim.time_us):
             message = builder(sim)
             if message is not None:
                 self.outgoing.append(self._truth.pack(message))

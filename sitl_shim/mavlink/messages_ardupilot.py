@@ -65,9 +65,9 @@ def sys_status(sim: Simulation) -> Message:
         sensors.enabled,
         sensors.health,
         0,
-        round(sim.state.battery_voltage_v * 1000.0),
+        round(sim.battery.voltage_v * 1000.0),
         2810 if turning else 0,  # cA
-        max(0, min(100, round(sim.state.battery_remaining * 100.0))),
+        max(0, min(100, round(sim.battery.remaining * 100.0))),
         0,
         0,
         0,
@@ -106,7 +106,7 @@ def gps_raw_int(sim: Simulation) -> Message:
     east, north, _ = sim.estimate.velocity_enu_m_s
     course = round(math.degrees(math.atan2(east, north)) * 100.0) % 36000
     return dialect.MAVLink_gps_raw_int_message(
-        sim.time_us,
+        sim.stamp_us,
         fix,
         latitude,
         longitude,
@@ -129,7 +129,7 @@ def home_position(sim: Simulation) -> Message | None:
         return None
     x, y, z = swap_enu_ned(home)
     return dialect.MAVLink_home_position_message(
-        *global_position(sim.origin, home), x, y, z, [_NAN] * 4, 0.0, 0.0, 0.0, sim.time_us
+        *global_position(sim.origin, home), x, y, z, [_NAN] * 4, 0.0, 0.0, 0.0, sim.stamp_us
     )
 
 
@@ -138,7 +138,7 @@ def gps_global_origin(sim: Simulation) -> Message | None:
     if not sim.autopilot.estimator.origin_known:
         return None
     return dialect.MAVLink_gps_global_origin_message(
-        *global_position(sim.origin, (0.0, 0.0, 0.0)), sim.time_us
+        *global_position(sim.origin, (0.0, 0.0, 0.0)), sim.stamp_us
     )
 
 
@@ -156,7 +156,7 @@ def raw_imu(sim: Simulation) -> Message:
     """RAW_IMU (27): mg, mrad/s and mgauss."""
     highres = motion.highres_imu(sim)
     return dialect.MAVLink_raw_imu_message(
-        sim.time_us,
+        sim.stamp_us,
         *(int16(value / _GRAVITY_M_S2 * 1e3) for value in (highres.xacc, highres.yacc)),
         int16(highres.zacc / _GRAVITY_M_S2 * 1e3),
         *(int16(value * 1e3) for value in (highres.xgyro, highres.ygyro, highres.zgyro)),
@@ -169,7 +169,7 @@ def raw_imu(sim: Simulation) -> Message:
 def servo_output_raw(sim: Simulation) -> Message:
     """SERVO_OUTPUT_RAW (36): 1000 disarmed, to 2000; outputs without a function are 0."""
     rotors = [round(1000.0 + 1000.0 * signal) for signal in sim.autopilot.rotor_commands]
-    return dialect.MAVLink_servo_output_raw_message(sim.time_us, 0, *rotors, *([0] * 12))
+    return dialect.MAVLink_servo_output_raw_message(sim.stamp_us, 0, *rotors, *([0] * 12))
 
 
 def vfr_hud(sim: Simulation) -> Message:

@@ -40,7 +40,7 @@ def attitude(sim: Simulation) -> Message:
     estimate = sim.estimate
     roll, pitch, yaw = euler_from_quaternion(attitude_to_wire(estimate.attitude_flu_to_enu))
     p, q, r = swap_flu_frd(estimate.rate_flu_rad_s)
-    return dialect.MAVLink_attitude_message(sim.time_ms, roll, pitch, yaw, p, q, r)
+    return dialect.MAVLink_attitude_message(sim.estimate_ms, roll, pitch, yaw, p, q, r)
 
 
 def attitude_quaternion(sim: Simulation) -> Message:
@@ -48,14 +48,19 @@ def attitude_quaternion(sim: Simulation) -> Message:
     estimate = sim.estimate
     w, x, y, z = attitude_to_wire(estimate.attitude_flu_to_enu)
     p, q, r = swap_flu_frd(estimate.rate_flu_rad_s)
-    return dialect.MAVLink_attitude_quaternion_message(sim.time_ms, w, x, y, z, p, q, r)
+    return dialect.MAVLink_attitude_quaternion_message(sim.estimate_ms, w, x, y, z, p, q, r)
 
 
-def local_position_ned(sim: Simulation) -> Message:
-    """LOCAL_POSITION_NED (32)."""
+def local_position_ned(sim: Simulation) -> Message | None:
+    """LOCAL_POSITION_NED (32); None while the estimator has no local position.
+
+    ODOMETRY, by PX4's source, goes on all the same, with what is reckoned from the accelerations.
+    """
+    if not sim.estimate.local_position_valid:
+        return None
     x, y, z = swap_enu_ned(sim.estimate.position_enu_m)
     vx, vy, vz = swap_enu_ned(sim.estimate.velocity_enu_m_s)
-    return dialect.MAVLink_local_position_ned_message(sim.time_ms, x, y, z, vx, vy, vz)
+    return dialect.MAVLink_local_position_ned_message(sim.estimate_ms, x, y, z, vx, vy, vz)
 
 
 def odometry(sim: Simulation) -> Message:
@@ -65,7 +70,7 @@ def odometry(sim: Simulation) -> Message:
     vx, vy, vz = swap_enu_ned(estimate.velocity_enu_m_s)
     p, q, r = swap_flu_frd(estimate.rate_flu_rad_s)
     return dialect.MAVLink_odometry_message(
-        sim.time_us,
+        sim.estimate_us,
         _FRAME_LOCAL_NED,
         _FRAME_LOCAL_NED,
         x,
@@ -80,7 +85,7 @@ def odometry(sim: Simulation) -> Message:
         r,
         _POSE_COVARIANCE,
         _VELOCITY_COVARIANCE,
-        0,
+        sim.estimate_resets & 0xFF,
         _ESTIMATOR_AUTOPILOT,
         0,
     )
@@ -92,7 +97,7 @@ def global_position_int(sim: Simulation) -> Message:
     latitude, longitude, altitude_mm = global_position(sim.origin, estimate.position_enu_m)
     vx, vy, vz = swap_enu_ned(estimate.velocity_enu_m_s)
     return dialect.MAVLink_global_position_int_message(
-        sim.time_ms,
+        sim.estimate_ms,
         latitude,
         longitude,
         altitude_mm,
@@ -112,7 +117,7 @@ def gps_raw_int(sim: Simulation) -> Message:
     speed = math.hypot(east, north)
     course_deg = math.degrees(math.atan2(east, north)) % 360.0
     return dialect.MAVLink_gps_raw_int_message(
-        sim.time_us,
+        sim.stamp_us,
         3,  # a three-dimensional fix
         latitude,
         longitude,
@@ -142,7 +147,7 @@ def highres_imu(sim: Simulation) -> Message:
     altitude_m = sim.origin.altitude_amsl_m + estimate.position_enu_m[2]
     pressure_hpa = _pressure_hpa(altitude_m)
     return dialect.MAVLink_highres_imu_message(
-        sim.time_us, *force, *gyro, *field, pressure_hpa, 0.0, altitude_m, 15.0, 63, 0
+        sim.estimate_us, *force, *gyro, *field, pressure_hpa, 0.0, altitude_m, 15.0, 63, 0
     )
 
 
@@ -151,7 +156,9 @@ def altitude(sim: Simulation) -> Message:
     up = sim.estimate.position_enu_m[2]
     amsl = sim.origin.altitude_amsl_m + up
     relative = _height_above_home_m(sim)
-    return dialect.MAVLink_altitude_message(sim.time_us, amsl, amsl, up, relative, _NAN, relative)
+    return dialect.MAVLink_altitude_message(
+        sim.estimate_us, amsl, amsl, up, relative, _NAN, relative
+    )
 
 
 def vfr_hud(sim: Simulation) -> Message:
@@ -174,7 +181,7 @@ def attitude_target(sim: Simulation) -> Message:
     setpoint, rates, thrust = sim.autopilot.attitude_setpoint
     p, q, r = swap_flu_frd(rates)
     return dialect.MAVLink_attitude_target_message(
-        sim.time_ms, 0, attitude_to_wire(setpoint), p, q, r, thrust
+        sim.stamp_ms, 0, attitude_to_wire(setpoint), p, q, r, thrust
     )
 
 
@@ -200,7 +207,7 @@ def position_target_local_ned(sim: Simulation) -> Message | None:
         yaw = math.pi / 2.0 - target.yaw_enu_rad
         mask = 0 if target.position_enu_m else _TYPE_MASK_NO_POSITION
     return dialect.MAVLink_position_target_local_ned_message(
-        sim.time_ms,
+        sim.stamp_ms,
         _FRAME_LOCAL_NED,
         mask,
         *position,
@@ -218,7 +225,7 @@ def servo_output_raw(sim: Simulation) -> Message:
         rotors = [round(1000.0 + 1000.0 * signal) for signal in sim.autopilot.rotor_commands]
     else:
         rotors = [low] * 4
-    return dialect.MAVLink_servo_output_raw_message(sim.time_us, 0, *rotors, *([low] * 12))
+    return dialect.MAVLink_servo_output_raw_message(sim.stamp_us, 0, *rotors, *([low] * 12))
 
 
 def _height_above_home_m(sim: Simulation) -> float:

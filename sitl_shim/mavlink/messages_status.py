@@ -45,7 +45,7 @@ def sys_status(sim: Simulation) -> Message:
         sensors.enabled,
         sensors.health,
         180,  # load, per mille
-        round(sim.state.battery_voltage_v * 1000.0),
+        round(sim.battery.voltage_v * 1000.0),
         -1,  # current is not measured
         _battery_percent(sim),
         0,
@@ -62,7 +62,7 @@ def sys_status(sim: Simulation) -> Message:
 
 def battery_status(sim: Simulation) -> Message:
     """BATTERY_STATUS (147)."""
-    millivolts = round(sim.state.battery_voltage_v * 1000.0)
+    millivolts = round(sim.battery.voltage_v * 1000.0)
     return dialect.MAVLink_battery_status_message(
         0,
         1,  # for all flight systems
@@ -80,7 +80,7 @@ def battery_status(sim: Simulation) -> Message:
 
 def system_time(sim: Simulation) -> Message:
     """SYSTEM_TIME (2)."""
-    return dialect.MAVLink_system_time_message(_EPOCH_UNIX_US + sim.time_us, sim.time_ms)
+    return dialect.MAVLink_system_time_message(_EPOCH_UNIX_US + sim.elapsed_us, sim.stamp_ms)
 
 
 def extended_sys_state(sim: Simulation) -> Message:
@@ -139,20 +139,20 @@ def home_position(sim: Simulation) -> Message | None:
     x, y, z = swap_enu_ned(home)
     q = attitude_to_wire(sim.autopilot.home_attitude_flu_to_enu)
     return dialect.MAVLink_home_position_message(
-        latitude, longitude, altitude_mm, x, y, z, q, 0.0, 0.0, 0.0, sim.time_us
+        latitude, longitude, altitude_mm, x, y, z, q, 0.0, 0.0, 0.0, sim.stamp_us
     )
 
 
 def gps_global_origin(sim: Simulation) -> Message:
     """GPS_GLOBAL_ORIGIN (49)."""
     latitude, longitude, altitude_mm = global_position(sim.origin, (0.0, 0.0, 0.0))
-    return dialect.MAVLink_gps_global_origin_message(latitude, longitude, altitude_mm, sim.time_us)
+    return dialect.MAVLink_gps_global_origin_message(latitude, longitude, altitude_mm, sim.stamp_us)
 
 
 def estimator_status(sim: Simulation) -> Message:
     """ESTIMATOR_STATUS (230)."""
     return dialect.MAVLink_estimator_status_message(
-        sim.time_us, _estimator_flags(sim), 0.01, 0.04, 0.02, 0.07, 0.0, math.nan, 0.29, 0.06
+        sim.stamp_us, _estimator_flags(sim), 0.01, 0.04, 0.02, 0.07, 0.0, math.nan, 0.29, 0.06
     )
 
 
@@ -170,7 +170,7 @@ def vibration(sim: Simulation) -> Message:
     """VIBRATION (241): that of rotors that are in balance."""
     turning = 1.0 if sim.autopilot.armed else 0.1
     return dialect.MAVLink_vibration_message(
-        sim.time_us, 0.0, 0.1 * turning, 1.4 * turning, 0, 0, 0
+        sim.stamp_us, 0.0, 0.1 * turning, 1.4 * turning, 0, 0, 0
     )
 
 
@@ -198,4 +198,4 @@ def protocol_version(_: Simulation) -> Message:
 
 
 def _battery_percent(sim: Simulation) -> int:
-    return max(0, min(100, round(sim.state.battery_remaining * 100.0)))
+    return max(0, min(100, round(sim.battery.remaining * 100.0)))

@@ -2,8 +2,8 @@
 
 Once as PX4's simulator gives it (HIL_STATE_QUATERNION: steps of 1.1 cm and 1 cm/s, no time),
 and once exactly, from a component of its own (ODOMETRY in float metres with the autopilot's
-time, the acceleration that the wind causes as DEBUG_VECT, and the scenario's events as
-NAMED_VALUE_FLOAT).
+time, the acceleration that the wind causes as DEBUG_VECT, and the events of the scenario
+and of the faults as NAMED_VALUE_FLOAT).
 """
 
 import math
@@ -32,7 +32,7 @@ def truth_odometry(sim: Simulation) -> Message:
     vx, vy, vz = swap_enu_ned(state.velocity_enu_m_s)
     p, q, r = swap_flu_frd(state.rate_flu_rad_s)
     return dialect.MAVLink_odometry_message(
-        sim.time_us,
+        sim.stamp_us,
         _FRAME_LOCAL_NED,
         _FRAME_LOCAL_NED,
         x,
@@ -56,20 +56,20 @@ def truth_odometry(sim: Simulation) -> Message:
 def wind_acceleration(sim: Simulation) -> Message:
     """DEBUG_VECT (250) ``wind_acc``: what the wind does to the vehicle, NED, m/s²."""
     x, y, z = swap_enu_ned(sim.state.wind_acceleration_enu_m_s2)
-    return dialect.MAVLink_debug_vect_message(_WIND, sim.time_us, x, y, z)
+    return dialect.MAVLink_debug_vect_message(_WIND, sim.stamp_us, x, y, z)
 
 
 def event(sim: Simulation) -> Message | None:
-    """NAMED_VALUE_FLOAT (251) of an event of the scenario, at the time at which it happened.
+    """NAMED_VALUE_FLOAT (251) of an event of the scenario or of the faults, at its time.
 
     They are told again and again, in turn, so that one that is lost on its way is missed by nobody.
     """
     events = sim.happened
     if not events:
         return None
-    told = events[sim.time_us // _EVENT_PERIOD_US % len(events)]
+    told = events[sim.elapsed_us // _EVENT_PERIOD_US % len(events)]
     return dialect.MAVLink_named_value_float_message(
-        round(told.time_s * 1e3), told.name.encode(), told.value
+        round(told.time_s * 1e3) & 0xFFFFFFFF, told.name.encode(), told.value
     )
 
 

@@ -33,12 +33,12 @@ AVAILABLE_MODES_ID: int = dialect.MAVLINK_MSG_ID_AVAILABLE_MODES
 
 def timesync(sim: Simulation) -> Message:
     """TIMESYNC (111): the autopilot's own question, with its boot time in ns."""
-    return dialect.MAVLink_timesync_message(0, sim.time_us * 1000)
+    return dialect.MAVLink_timesync_message(0, sim.stamp_us * 1000)
 
 
 def ping(sim: Simulation) -> Message:
     """PING (4): the autopilot's own question to everybody."""
-    return dialect.MAVLink_ping_message(sim.time_us, sim.time_us // 1_000_000, 0, 0)
+    return dialect.MAVLink_ping_message(sim.stamp_us, sim.stamp_us // 1_000_000, 0, 0)
 
 
 BUILDERS: dict[int, Builder] = {

@@ -1,6 +1,6 @@
 """What an estimator is told to lean on, and the poses that come to it from outside."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 
 from sitl_shim.frames import Quaternion, Vector3
@@ -46,3 +46,8 @@ class ExternalPose:
     """Another value than before says: what jumped is the measurement, not the vehicle."""
     quality: int = 0
     """Percent; 0 where the sender does not say, negative for a failure."""
+
+
+def nothing_of(aiding: Aiding) -> Aiding:
+    """The same with nothing to lean on: whatever measures the position is gone."""
+    return replace(aiding, gnss=False, pose_horizontal=False, pose_height=False, pose_yaw=False)

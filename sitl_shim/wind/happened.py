@@ -1,4 +1,4 @@
-"""Which of a scenario's events have happened, for whoever records the truth."""
+"""What has happened to a vehicle, for whoever records the truth: a scenario's events."""
 
 from dataclasses import dataclass
 from math import hypot
@@ -12,11 +12,13 @@ class Happened:
     """One event."""
 
     time_s: float
-    """Simulated time since boot."""
+    """Simulated time, or what the autopilot's clock showed then."""
     name: str
-    """At most ten letters: ``payload``, ``motor1`` … ``motor4``, ``front``."""
+    """At most ten letters: ``payload``, ``motor1`` … ``motor4``, ``front``; or a fault's, see
+    `sitl_shim.faults.vehicle_events`."""
     value: float
-    """Mass carried from now on (kg), the motor's thrust factor, or the front's speed (m/s)."""
+    """Mass carried from now on (kg), the motor's thrust factor, the front's speed (m/s), or what
+    is told of a fault."""
 
 
 def events_of(scenario: Scenario) -> tuple[Load | Motor | Front, ...]:

@@ -5,7 +5,7 @@ ArduPilot's AC_PosControl, vertical axis, in metres and up.
 
 from sitl_shim.autopilot.ardupilot.shaping import shape_position, shape_velocity, sqrt_controller
 from sitl_shim.autopilot.filters import first_order_gain
-from sitl_shim.autopilot.interface import TICK_RATE_HZ, TICK_S, Motion
+from sitl_shim.autopilot.interface import TICK_RATE_HZ, TICK_S, EstimateStep, Motion
 from sitl_shim.autopilot.parameters import ParameterStore
 
 THROTTLE_FILTER_HZ = 2.0
@@ -72,6 +72,11 @@ class AltitudeControl:
         self._velocity_error = 0.0
         self._acceleration_error = 0.0
         self._integral = throttle - hover
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """The estimate was set anew: the target goes along."""
+        self.position += step.position_enu_m[2]
+        self.velocity += step.velocity_enu_m_s[2]
 
     def climb(self, rate_m_s: float, *, limited: int = 0, position_error: float = 0.0) -> None:
         """Move the target one period on, towards a climb rate.

@@ -13,11 +13,13 @@ from sitl_shim.autopilot.ardupilot.modes import Mode
 from sitl_shim.autopilot.ardupilot.motors import STOPPED
 from sitl_shim.autopilot.ardupilot.parameters import make_parameters
 from sitl_shim.autopilot.interface import (
+    FULL,
     TICK_US,
     Acknowledgement,
     Announcement,
     AttitudeTarget,
     Command,
+    EstimateStep,
     EstimatorState,
     Event,
     Heartbeat,
@@ -65,6 +67,7 @@ class ArduCopter:
     ) -> None:
         self.parameters = make_parameters(overrides)
         self.mission = MissionPlan()
+        self.battery = FULL
         self._told_items = 0
         self._revision = self.parameters.revision
         self._boot = Boot(
@@ -118,6 +121,20 @@ class ArduCopter:
         if system_id == self.parameters["MAV_GCS_SYSID"]:
             self._commander.heard_ground_station()
 
+    def receive_sticks(self, custom_mode: int) -> None:
+        """A pilot's radio control is there, its switch on a mode, its sticks in the middle."""
+        self._control.sticks_centred = True
+        self._commander.set_mode(Mode(custom_mode))
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """Another of the estimator's lanes leads, unless it only finds its position again.
+
+        Targets go along, so that nothing is felt.
+        """
+        if not self._boot.position_lost:
+            self._commander.change_lane()
+        self._control.cascade.note_reset(step)
+
     # --- the run of time ---
 
     def step(self, time_us: int, motion: Motion) -> RotorCommands:
@@ -127,6 +144,8 @@ class ArduCopter:
         if self.parameters.revision != self._revision:
             self._revision = self.parameters.revision
             control.cascade.configure()
+        if motion.local_position_valid is self._boot.position_lost:
+            commander.lose_position(not motion.local_position_valid)
         commander.step(time_us, control.situation(commander.mode, armed=commander.armed))
         self._height_m = motion.position_enu_m[2]
         armed = commander.armed

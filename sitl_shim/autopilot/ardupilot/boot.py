@@ -4,6 +4,7 @@ Times of a running ArduCopter 4.7-dev (software in the loop), all multiplied by 
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,7 +25,7 @@ _POSITION_S = (37.5, 41.7)
 YAW_ERROR_RAD = -0.0426
 """About up: 2.44 degrees clockwise, until the estimator aligns itself in flight."""
 _SEED_STREAM = 4
-_INFO = 6
+_WARNING, _INFO = 4, 6
 
 _TEXTS: tuple[tuple[float, str], ...] = (
     (1.9, "Barometer 1 calibration complete"),
@@ -46,6 +47,7 @@ _TEXTS: tuple[tuple[float, str], ...] = (
     (_SECOND_ORIGIN_S, "EKF3 IMU1 origin set"),
 )
 _USING_GPS = ("EKF3 IMU0 is using GPS", "EKF3 IMU1 is using GPS")
+_STOPPED_AIDING = ("EKF3 IMU0 stopped aiding", "EKF3 IMU1 stopped aiding")
 _ALIGNED = (
     "EKF3 IMU1 MAG0 in-flight yaw alignment complete",
     "EKF3 IMU0 MAG0 in-flight yaw alignment complete",
@@ -75,11 +77,29 @@ class Boot:
         self._texts = iter([] if airborne else said)
         self._next: tuple[float, str] | None = next(self._texts, None)
         self._changes = iter([] if airborne else _estimator_states(position_s))
-        self.estimator = EstimatorState(_POSITION, 6, True, True, 0.0)
+        self._state = EstimatorState(_POSITION, 6, True, True, 0.0)
+        self.position_lost = False
         self._next_change: tuple[float, EstimatorState] | None = None
         if not airborne:
-            _, self.estimator = next(self._changes)
+            _, self._state = next(self._changes)
             self._next_change = next(self._changes, None)
+
+    @property
+    def estimator(self) -> EstimatorState:
+        """How far the estimator has got: without a position it says what it said before GPS."""
+        state = self._state
+        if self.position_lost and state.position_known:
+            return replace(state, flags=_ATTITUDE_AND_HEIGHT, position_known=False)
+        return state
+
+    def lose_position(self, lost: bool) -> list[StatusText]:
+        """The estimator has no position any more, or again."""
+        self.position_lost = lost
+        if not self._state.position_known:
+            return []
+        if lost:
+            return [StatusText(_WARNING, text) for text in _STOPPED_AIDING]
+        return [StatusText(_INFO, text) for text in _USING_GPS]
 
     def passed(self, time_us: int, at_s: float) -> bool:
         """Whether a time of the timeline is over."""
@@ -93,20 +113,17 @@ class Boot:
             self._next = next(self._texts, None)
         announcements: list[Announcement] = []
         while self._next_change is not None and self.passed(time_us, self._next_change[0]):
-            if self._next_change[1].origin_known and not self.estimator.origin_known:
+            if self._next_change[1].origin_known and not self._state.origin_known:
                 announcements += [Announcement.ORIGIN, Announcement.HOME]
-            self.estimator = self._next_change[1]
+            self._state = self._next_change[1]
             self._next_change = next(self._changes, None)
         return texts, announcements
 
     def align_yaw(self) -> list[StatusText]:
         """The estimator aligns its heading in flight: it jumps."""
-        state = self.estimator
-        if state.yaw_error_rad == 0.0:
+        if self._state.yaw_error_rad == 0.0:
             return []
-        self.estimator = EstimatorState(
-            state.flags, state.gps_fix, state.origin_known, state.position_known, 0.0
-        )
+        self._state = replace(self._state, yaw_error_rad=0.0)
         return [StatusText(_INFO, text) for text in _ALIGNED]
 
 

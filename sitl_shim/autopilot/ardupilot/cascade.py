@@ -9,7 +9,7 @@ from sitl_shim.autopilot.ardupilot.motors import Motors, Spool
 from sitl_shim.autopilot.ardupilot.position_control import PositionControl
 from sitl_shim.autopilot.ardupilot.rate_control import RateControl
 from sitl_shim.autopilot.ardupilot.shaping import Pair
-from sitl_shim.autopilot.interface import Motion, RotorCommands
+from sitl_shim.autopilot.interface import EstimateStep, Motion, RotorCommands
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.thrust_axis import attitude_from_thrust_axis, heading_of
 from sitl_shim.frames import Quaternion, Vector3
@@ -80,6 +80,13 @@ class Cascade:
         """The estimated heading jumped, about up: turn targets along, so that nothing is felt."""
         self.heading += angle_rad
         self.attitude.turn((math.cos(0.5 * angle_rad), 0.0, 0.0, math.sin(0.5 * angle_rad)))
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """The estimate was set anew: targets go along, so that nothing is felt."""
+        self.position.note_reset(step)
+        self.altitude.note_reset(step)
+        if step.yaw_rad:
+            self.turn(step.yaw_rad)
 
     # --- the ends of a period ---
 

@@ -71,6 +71,7 @@ class Commander:
         self._complained_us = 0
         self._station = GroundStationWatch(parameters)
         self._has_flown = airborne
+        self._lane = 0
         self.mode = Mode.GUIDED if airborne else Mode.STABILIZE
         self.armed = airborne
         self.armed_us = 0
@@ -161,6 +162,16 @@ class Commander:
             self._has_flown = True
         if self._station.falls_silent(time_us):
             self._leave_station()
+
+    def lose_position(self, lost: bool) -> None:
+        """The estimator has no position any more, or again."""
+        self._texts += self._boot.lose_position(lost)
+
+    def change_lane(self) -> None:
+        """Another of the estimator's lanes leads."""
+        self._lane = 1 - self._lane
+        self.say(_CRITICAL, f"EKF3 lane switch {self._lane}")
+        self.say(_WARNING, f"EKF primary changed:{self._lane}")
 
     def align_yaw(self) -> None:
         """The estimator aligns its heading in flight."""

@@ -49,13 +49,15 @@ class FlightControl:
         self.auto = AutoFlight(parameters, plan, self.cascade, self._takeoff, say)
         self.goal_at_entry: Vector3 | None = None
         """Where GUIDED, once it is entered, is to go at first."""
+        self.sticks_centred = False
+        """Whether there is a pilot, sticks in the middle; without one the throttle is down."""
         self._return: ReturnFlight | None = None
         self._mode: Mode | None = None
         self._time_us = self._armed_us = 0
         self._home: Vector3 = (0.0, 0.0, 0.0)
         self._position_known = True
         self._behaviours: dict[Mode, Callable[[Motion], None]] = {
-            Mode.STABILIZE: self.cascade.stand,
+            Mode.STABILIZE: self._obey_sticks,
             Mode.ALT_HOLD: self._sink_level,
             Mode.AUTO: self._fly_mission,
             Mode.GUIDED: self._guide,
@@ -175,21 +177,36 @@ class FlightControl:
         self.cascade.stop(motion)
         self.cascade.climb(motion, 0.0)
 
+    def _obey_sticks(self, motion: Motion) -> None:
+        """Throttle by hand: none at the bottom, hover in the middle."""
+        cascade = self.cascade
+        if not self.sticks_centred or cascade.detector.landed:
+            cascade.stand(motion)
+            return
+        cascade.motors.wants_unlimited = True
+        cascade.altitude.active = False
+        cascade.level(motion)
+        cutoff_hz = self._parameters["PILOT_THR_FILT"]
+        cascade.give_throttle(motion, cascade.motors.hover, cutoff_hz)
+
+    def _stick_rate_m_s(self) -> float:
+        return 0.0 if self.sticks_centred else -self.cascade.altitude.speed_down
+
     def _sink_level(self, motion: Motion) -> None:
-        """A mode for sticks, whose throttle stick is at the bottom."""
+        """A mode for sticks: throttle at the bottom sinks, in the middle holds."""
         if self.cascade.detector.landed:
             self.cascade.stand(motion)
             return
         self.cascade.level(motion)
-        self.cascade.climb(motion, -self.cascade.altitude.speed_down)
+        self.cascade.climb(motion, self._stick_rate_m_s())
 
     def _sink_in_place(self, motion: Motion) -> None:
-        """A mode for sticks, which stand in the middle but for the throttle's."""
+        """A mode for sticks, which stand in the middle but perhaps for the throttle's."""
         if self.cascade.detector.landed:
             self.cascade.stand(motion)
             return
         self.cascade.stop(motion)
-        self.cascade.climb(motion, -self.cascade.altitude.speed_down)
+        self.cascade.climb(motion, self._stick_rate_m_s())
 
     def _land(self, motion: Motion) -> None:
         known = self._position_known

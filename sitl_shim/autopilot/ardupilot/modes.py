@@ -57,6 +57,21 @@ def mode_of(number: int) -> Mode | None:
         return None
 
 
+def mode_named(name: str) -> Mode:
+    """The mode of a name.
+
+    Raises:
+        ValueError: there is none of this name; the text says which there are.
+    """
+    try:
+        return Mode[name.upper()]
+    except KeyError:
+        known = ", ".join(mode.name for mode in Mode)
+        raise ValueError(
+            f"there is no mode {name!r} of ArduCopter here; there are {known}"
+        ) from None
+
+
 _STANDARD: dict[Mode, int] = {Mode.AUTO: 6, Mode.RTL: 5, Mode.LAND: 7, Mode.LOITER: 1}
 """MAV_STANDARD_MODE, where a mode is one: MISSION, SAFE_RECOVERY, LAND, POSITION_HOLD."""
 _ADVANCED = 1

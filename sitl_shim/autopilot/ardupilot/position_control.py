@@ -13,7 +13,7 @@ from sitl_shim.autopilot.ardupilot.shaping import (
     sqrt_controller,
 )
 from sitl_shim.autopilot.filters import first_order_gain
-from sitl_shim.autopilot.interface import TICK_RATE_HZ, TICK_S, Motion
+from sitl_shim.autopilot.interface import TICK_RATE_HZ, TICK_S, EstimateStep, Motion
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.frames import Quaternion, Vector3
 
@@ -86,6 +86,12 @@ class PositionControl:
         """Hold the target where the vehicle is: it stands on the ground."""
         self.start(motion, (1.0, 0.0, 0.0, 0.0))
         self.velocity = self.acceleration = self._integral = _NOTHING
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """The estimate was set anew: the target goes along."""
+        (x, y), (vx, vy) = self.position, self.velocity
+        self.position = (x + step.position_enu_m[0], y + step.position_enu_m[1])
+        self.velocity = (vx + step.velocity_enu_m_s[0], vy + step.velocity_enu_m_s[1])
 
     def follow_velocity(self, velocity: Pair, acceleration: Pair = _NOTHING) -> None:
         """Move the target one period on, towards a velocity."""

@@ -8,6 +8,8 @@ import struct
 from enum import IntEnum
 
 from sitl_shim.autopilot.interface import Event, StatusText
+from sitl_shim.autopilot.parameters import ParameterStore
+from sitl_shim.autopilot.px4.failsafe import Action, CauseNumber
 
 _AUTOPILOT = 1 << 24
 _FNV_BASIS, _FNV_PRIME = 0x811C9DC5, 0x01000193
@@ -37,6 +39,13 @@ REASON_TEXTS = {
 }
 
 
+_WARNINGS = {
+    CauseNumber.BATTERY_LOW: "commander_failsafe_enter_low_bat",
+    CauseNumber.BATTERY_CRITICAL: "commander_failsafe_enter_crit_bat_warn",
+    CauseNumber.BATTERY_EMERGENCY: "commander_failsafe_enter_crit_low_bat_warn",
+}
+
+
 def event_id(name: str) -> int:
     """The id of one of the autopilot's events."""
     value = _FNV_BASIS
@@ -62,6 +71,39 @@ def make_event(
 def mode_arguments(custom_mode: int, number: int) -> bytes:
     """Arguments of the events about a mode: the mode, and one small number."""
     return struct.pack("<IB", custom_mode, number)
+
+
+def failsafe_event(
+    custom_mode: int,
+    action: Action,
+    put_off: Action,
+    number: CauseNumber,
+    parameters: ParameterStore,
+) -> Event:
+    """The event of a failsafe that begins.
+
+    Args:
+        custom_mode: of the intended mode.
+        action: what is done.
+        put_off: what follows after a hold; NONE: nothing.
+        number: of the cause.
+        parameters: for the length of the hold.
+    """
+    caused = number is not CauseNumber.GENERIC
+    if put_off is not Action.NONE:
+        arguments = struct.pack("<IBH", custom_mode, put_off, round(parameters["COM_FAIL_ACT_T"]))
+        name = (
+            "commander_failsafe_enter_hold" if caused else "commander_failsafe_enter_generic_hold"
+        )
+    elif action is Action.WARN:
+        arguments = b"" if caused else struct.pack("<I", custom_mode)
+        name = _WARNINGS.get(number, "commander_failsafe_enter_generic_warn")
+    else:
+        arguments = mode_arguments(custom_mode, action)
+        name = "commander_failsafe_enter" if caused else "commander_failsafe_enter_generic"
+    if caused and action is not Action.WARN:
+        arguments += bytes([number])
+    return make_event(name, arguments, external=CRITICAL, internal=WARNING)
 
 
 class Announcer:

@@ -29,16 +29,23 @@ class PositionKnown(NamedTuple):
 
 
 def mode_can_run(
-    mode: Mode, *, stream_available: bool, mission_available: bool, position: PositionKnown
+    mode: Mode,
+    *,
+    stream_available: bool,
+    mission_available: bool,
+    position: PositionKnown,
+    sticks: bool = False,
 ) -> bool:
-    """Whether a mode has what it needs: a stream, a mission, sticks (there are none).
+    """Whether a mode has what it needs: a stream, a mission, sticks, a position.
 
     An offboard stream of attitudes needs no position.  To hold takes a global one, which is why a
     vehicle without satellites cannot be armed in Hold, whatever measures its position.
     """
     if mode is Mode.OFFBOARD:
         return stream_available
-    if mode.needs_sticks or (mode is Mode.AUTO_MISSION and not mission_available):
+    if mode.needs_sticks:
+        return sticks and (position.locally or mode is not Mode.POSCTL)
+    if mode is Mode.AUTO_MISSION and not mission_available:
         return False
     return position.locally and (position.globally or mode not in _NEEDS_GLOBAL_POSITION)
 
@@ -50,6 +57,7 @@ def mode_can_arm(
     stream_available: bool,
     mission_available: bool,
     position: PositionKnown,
+    sticks: bool = False,
 ) -> bool:
     """Whether the checks before arming pass in a mode."""
     can_run = mode_can_run(
@@ -57,6 +65,7 @@ def mode_can_arm(
         stream_available=stream_available,
         mission_available=mission_available,
         position=position,
+        sticks=sticks,
     )
     return ready and can_run and mode not in _NO_ARMING_IN
 

@@ -3,11 +3,13 @@
 from collections.abc import Mapping, Sequence
 
 from sitl_shim.autopilot.interface import (
+    FULL,
     TICK_US,
     Acknowledgement,
     Announcement,
     AttitudeTarget,
     Command,
+    EstimateStep,
     EstimatorState,
     Event,
     Heartbeat,
@@ -22,9 +24,11 @@ from sitl_shim.autopilot.interface import (
 from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.px4 import arming, modes
 from sitl_shim.autopilot.px4.announcements import Announcer
+from sitl_shim.autopilot.px4.battery import BatteryLevel, battery_cause, battery_level
 from sitl_shim.autopilot.px4.command_desk import CommandDesk
 from sitl_shim.autopilot.px4.commander import Commander
 from sitl_shim.autopilot.px4.flight_control import STOPPED, FlightControl
+from sitl_shim.autopilot.px4.geofence import geofence_cause
 from sitl_shim.autopilot.px4.land_detector import LandDetector
 from sitl_shim.autopilot.px4.modes import Mode
 from sitl_shim.autopilot.px4.offboard import OffboardStream
@@ -37,6 +41,7 @@ _QUADROTOR, _PX4 = 2, 12
 _ON_GROUND, _IN_AIR, _TAKEOFF, _LANDING = 1, 2, 3, 4
 _ORIGIN_FOUND_US = 1_200_000
 """With the first heartbeat."""
+_CAUSES_PERIOD_US = 200_000
 _IDLE_PERIOD_US = 100_000
 """How often the attitude setpoint, which nobody follows, is brought to the heading."""
 
@@ -69,6 +74,7 @@ class Px4Autopilot:
     ) -> None:
         self.parameters = make_parameters(overrides)
         self.mission = MissionPlan()
+        self.battery = FULL
         self._revision = self.parameters.revision
         self._announcer = Announcer()
         self._commander = Commander(
@@ -96,6 +102,7 @@ class Px4Autopilot:
         self.estimate_interval_us = max(1, int(predict_us) // TICK_US) * TICK_US
         """How often its estimator publishes, µs: as many samples of 4 ms as fit in."""
         self._time_us = 0
+        self._level_at_arming = BatteryLevel.NONE
         self._was_armed = airborne
         self._home: Vector3 | None = None
         self._home_attitude: Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -118,6 +125,14 @@ class Px4Autopilot:
     def receive_heartbeat(self, system_id: int) -> None:
         """No ground station is needed by default."""
 
+    def receive_sticks(self, custom_mode: int) -> None:
+        """A pilot's radio control is there, its switch on a mode, its sticks in the middle."""
+        self._commander.take_sticks(Mode(custom_mode))
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """Setpoints of its own step along, so that nothing is felt; a client's do not."""
+        self._control.note_reset(step)
+
     # --- the run of time ---
 
     def step(self, time_us: int, motion: Motion) -> RotorCommands:
@@ -129,6 +144,8 @@ class Px4Autopilot:
             self._loss_s = self.parameters["COM_OF_LOSS_T"]
             control.configure()
         commander = self._commander
+        if time_us % _CAUSES_PERIOD_US == 0:
+            self._look_for_causes(motion)
         commander.step(
             time_us,
             landed=control.landed,
@@ -151,6 +168,19 @@ class Px4Autopilot:
             self._commands = STOPPED
             control.stand_by(motion, tell=time_us % _IDLE_PERIOD_US == 0)
         return self._commands
+
+    def _look_for_causes(self, motion: Motion) -> None:
+        """Battery and geofence: what they ask for now."""
+        commander, parameters = self._commander, self.parameters
+        level = battery_level(self.battery.remaining, parameters)
+        if not commander.armed:
+            self._level_at_arming = level
+        battery = fence = None
+        if level is not BatteryLevel.NONE:
+            battery = battery_cause(level, self._level_at_arming, parameters)
+        if self._home is not None and motion.global_position_valid and not self._control.landed:
+            fence = geofence_cause(motion.position_enu_m, self._home, parameters)
+        commander.causes = tuple(cause for cause in (battery, fence) if cause is not None)
 
     def _keep_home(self, motion: Motion) -> Vector3:
         """Home; set it as soon as the position is good, and anew when armed."""

@@ -4,6 +4,7 @@ import math
 import struct
 from dataclasses import dataclass
 
+from sitl_shim.autopilot.interface import TICK_S
 from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4 import arming, failsafe
@@ -12,12 +13,13 @@ from sitl_shim.autopilot.px4.announcements import (
     ERROR,
     INFO,
     REASON_TEXTS,
-    WARNING,
     Announcer,
     ArmReason,
+    failsafe_event,
     make_event,
     mode_arguments,
 )
+from sitl_shim.autopilot.px4.failsafe import Action
 from sitl_shim.autopilot.px4.health_report import FIRST_US, health_report
 from sitl_shim.autopilot.px4.modes import Mode, mode_name, navigation_number
 
@@ -77,7 +79,10 @@ class Commander:
         self.mode = Mode.AUTO_LOITER
         """What flies: the intended mode, or the failsafe's."""
         self.armed = airborne
-        self.failsafe_active = False
+        self._failsafe = failsafe.Failsafe(self._could_run, self._tell_failsafe)
+        self._sticks = False
+        self.causes: tuple[failsafe.Cause, ...] = ()
+        """What is wrong with more than the mode: the battery, the geofence."""
         self.stream_available = False
         self.position = arming.PositionKnown()
         """What the estimator said of its position at the last health checks."""
@@ -100,6 +105,7 @@ class Commander:
             stream_available=self.stream_available,
             mission_available=self.mission_available,
             position=self.position,
+            sticks=self._sticks,
         )
 
     @property
@@ -116,6 +122,16 @@ class Commander:
     def on_ground(self) -> bool:
         """The land detector's verdict at the last step."""
         return self._was_landed
+
+    @property
+    def failsafe_active(self) -> bool:
+        """Whether something other than the intended mode flies."""
+        return self._failsafe.active
+
+    @property
+    def sticks_centred(self) -> bool:
+        """Whether there is a pilot; the sticks stand in the middle then."""
+        return self._sticks
 
     @property
     def system_status(self) -> int:
@@ -155,7 +171,7 @@ class Commander:
             self.position = position
             self._report_health()
         self._note_landing(time_us, landed)
-        self._update_failsafe()
+        self._update_failsafe(passed_s=TICK_S)
         if self.armed:
             self._disarm_when_idle(time_us, landed)
 
@@ -209,40 +225,60 @@ class Commander:
             stream_available=self.stream_available,
             mission_available=self.mission_available,
             position=self.position,
+            sticks=self._sticks,
         )
 
-    def _update_failsafe(self) -> None:
-        lost = self.armed and self.intended is Mode.OFFBOARD and not self.stream_available
-        # A mode that is in use loses its position: descend.
-        adrift = self.armed and self.intended.is_auto and not self.position.locally
-        if not (lost or adrift):
-            self.failsafe_active = False
+    def _could_run(self, mode: Mode) -> bool:
+        """Whether a mode has what it needs, but for the sticks."""
+        if mode.needs_sticks:
+            return self.position.locally or mode is not Mode.POSCTL
+        return self._can_run(mode)
+
+    def _update_failsafe(self, *, chosen: bool = False, passed_s: float = 0.0) -> None:
+        """Fly the intended mode, or what a failsafe has in its place.
+
+        Args:
+            chosen: the intended mode was asked for just now.
+            passed_s: since the last time.
+        """
+        guard = self._failsafe
+        fallback = self._fallback() if self.armed else Action.NONE
+        if not self.armed or (fallback is Action.NONE and not self.causes and guard.idle):
+            if not guard.idle:
+                guard.forget()
             self.mode = self.intended
             return
-        if self.failsafe_active:
-            return
-        self.failsafe_active = True
-        self._announcer.say(CRITICAL, "Failsafe activated")
-        if adrift:
-            self._tell_failsafe(failsafe.EVENT_DESCEND)
-            self.mode = Mode.AUTO_LAND
-            return
-        action = failsafe.OffboardLossAction(self._parameters.integer("COM_OBL_RC_ACT"))
-        self._tell_failsafe(failsafe.EVENT_NUMBERS[action])
-        fallback = failsafe.mode_after_offboard_loss(action)
-        if fallback is None:
+        hold_s = self._parameters["COM_FAIL_ACT_T"]
+        action = guard.step(
+            self.causes, fallback, self.intended, chosen=chosen, hold_s=hold_s, passed_s=passed_s
+        )
+        if action in (Action.DISARM, Action.TERMINATE):
             self.disarm(ArmReason.FAILSAFE)
-        else:
-            self.mode = fallback
+            return
+        self.mode = failsafe.mode_of(action) or self.intended
 
-    def _tell_failsafe(self, action: int) -> None:
+    def _fallback(self) -> Action:
+        """What the intended mode's own lack calls for."""
+        intended = self.intended
+        if intended is Mode.OFFBOARD:
+            if self.stream_available:
+                return Action.NONE
+            return failsafe.after_offboard_loss(self._parameters.integer("COM_OBL_RC_ACT"))
+        if self.position.locally:
+            return Action.NONE
+        if intended is Mode.POSCTL:
+            return Action.ALTITUDE
+        # A mode that is in use loses its position.
+        return Action.DESCEND if intended.is_auto else Action.NONE
+
+    def _tell_failsafe(self, action: Action, put_off: Action, number: failsafe.CauseNumber) -> None:
+        """Say what flies now in place of the intended mode, or will soon."""
+        text = "Failsafe activated"
+        if put_off is not Action.NONE:
+            text += f", entering Hold for {self._parameters['COM_FAIL_ACT_T']:.0f} seconds"
+        self._announcer.say(CRITICAL, text)
         self._announcer.tell(
-            make_event(
-                "commander_failsafe_enter_generic",
-                mode_arguments(self.intended, action),
-                external=CRITICAL,
-                internal=WARNING,
-            )
+            failsafe_event(self.intended, action, put_off, number, self._parameters)
         )
 
     def _disarm_when_idle(self, time_us: int, landed: bool) -> None:
@@ -262,6 +298,7 @@ class Commander:
     def arm(self, reason: ArmReason) -> None:
         """Let the motors turn."""
         self.armed = True
+        self._failsafe.forget()
         self._armed_us = self._boot_us
         self._flown = not self._was_landed
         self._announcer.say(INFO, f"Armed by {REASON_TEXTS[reason]}")
@@ -299,8 +336,13 @@ class Commander:
             return False
         self.intended = mode
         self._reposition = None
-        self._update_failsafe()
+        self._update_failsafe(chosen=True)
         return True
+
+    def take_sticks(self, mode: Mode) -> None:
+        """A pilot's radio control is there, and its switch says a mode."""
+        self._sticks = True
+        self.set_mode(mode)
 
     def refuse_mode(self, mode: Mode) -> None:
         """Say that a mode is not to be had."""

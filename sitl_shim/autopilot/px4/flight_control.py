@@ -1,6 +1,6 @@
 """Flight control: from mode and stream to the rotors, one period of 4 ms at a time."""
 
-from sitl_shim.autopilot.interface import Motion, RotorCommands
+from sitl_shim.autopilot.interface import EstimateStep, Motion, RotorCommands
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4.attitude_control import AttitudeControl
 from sitl_shim.autopilot.px4.commander import Commander
@@ -92,6 +92,10 @@ class FlightControl:
         self.output = None
         self._thrust_sp = IDLE_THRUST
         self._rates_sp = (0.0, 0.0, 0.0)
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """The estimate was set anew."""
+        self._position_flight.note_reset(step)
 
     def stand_by(self, motion: Motion, *, tell: bool) -> None:
         """One period disarmed.

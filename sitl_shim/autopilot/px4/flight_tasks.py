@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from sitl_shim.autopilot.interface import TICK_S, Motion
+from sitl_shim.autopilot.interface import TICK_S, EstimateStep, Motion
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4.modes import Mode
 from sitl_shim.autopilot.px4.position_control import TrajectorySetpoint
@@ -24,12 +24,12 @@ class FlightTask:
 
     Args:
         mode: AUTO_TAKEOFF, AUTO_LOITER, AUTO_MISSION, AUTO_LAND, AUTO_RTL; any other mode
-            descends blindly, level and without position, which is what a mode for sticks does
-            without sticks.
+            is one for sticks, which without them descends blindly, level and without position.
         motion: the estimate at entry.
         parameters: speeds and accelerations.
         goal_z_m: altitude to climb to (take-off), in the local frame.
         home_enu_m: where to return to.
+        sticks: whether there are sticks; they stand in the middle.
         previous: a task whose goal is kept (holding what a take-off has reached).
     """
 
@@ -58,6 +58,7 @@ class FlightTask:
         *,
         goal_z_m: float,
         home_enu_m: Vector3,
+        sticks: bool = False,
         previous: "FlightTask | None" = None,
     ) -> None:
         self.mode = mode
@@ -85,13 +86,23 @@ class FlightTask:
         elif mode is Mode.AUTO_RTL:
             self.return_home(motion)
         elif mode not in (Mode.AUTO_LOITER, Mode.AUTO_MISSION):
-            self._make = self._descend
+            self._make = self._obey_sticks if sticks else self._descend
 
     def step(self, motion: Motion) -> TrajectorySetpoint:
         """Setpoint of this period."""
         if self._yaw != self._yaw_goal:
             self._turn()
         return self._make(motion)
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """The estimate was set anew: goal and target go along; home stays where it is on Earth."""
+        dx, dy, dz = step.position_enu_m
+        self._goal_xy = (self._goal_xy[0] + dx, self._goal_xy[1] + dy)
+        self._goal_z += dz
+        self._start_z += dz
+        self._yaw += step.yaw_rad
+        self._yaw_goal += step.yaw_rad
+        self._trajectory.note_reset(step)
 
     # --- where it goes ---
 
@@ -166,8 +177,6 @@ class FlightTask:
     def _land(self, motion: Motion) -> TrajectorySetpoint:
         if not motion.local_position_valid:
             return self._descend(motion)
-        if not motion.local_position_valid:
-            return self._descend(motion)
         self.descending = True
         x, y = self._step_xy()
         rate = self._trajectory.slew_z(-self._sink_rate_m_s(motion))
@@ -178,6 +187,17 @@ class FlightTask:
         self.descending = True
         rate = self._trajectory.slew_z(-self._parameters["MPC_LAND_SPEED"])
         return TrajectorySetpoint(None, None, None, rate, self._yaw)
+
+    def _obey_sticks(self, motion: Motion) -> TrajectorySetpoint:
+        """Sticks in the middle: the position stays, or the height, or level with hover thrust."""
+        if self.mode is Mode.POSCTL:
+            return self._go(motion)
+        if self.mode is Mode.ALTCTL:
+            up = self._parameters["MPC_Z_VEL_MAX_UP"]
+            rate = self._trajectory.step_z(self._goal_z, motion, up, math.inf)
+            z = self._trajectory.target[2]
+            return TrajectorySetpoint(None, None, z, rate, self._yaw)
+        return TrajectorySetpoint(None, None, None, None, self._yaw)
 
     def _return(self, motion: Motion) -> TrajectorySetpoint:
         x, y, z = motion.position_enu_m

@@ -96,6 +96,20 @@ def mode_of(main: int, sub: int) -> Mode | None:
         return None
 
 
+def mode_named(name: str) -> Mode:
+    """The mode of a name: as here (`AUTO_LAND`), without `AUTO_`, or as in texts (`Hold`).
+
+    Raises:
+        ValueError: there is none of this name; the text says which there are.
+    """
+    wanted = name.upper()
+    for mode in Mode:
+        if wanted in (mode.name, mode.name.removeprefix("AUTO_"), mode_name(mode).upper()):
+            return mode
+    known = ", ".join(mode.name for mode in Mode)
+    raise ValueError(f"there is no mode {name!r} of PX4 here; there are {known}")
+
+
 _NOT_BY_USER = 1
 """MAV_MODE_PROPERTY_ADVANCED: for those who know it."""
 

@@ -21,9 +21,21 @@ _INT = ParameterType.INT32
 
 _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     # name, type, default, minimum, maximum, meaning
+    ("BAT_CRIT_THR", _REAL, 0.07, 0.0, 0.9, "the battery is critical below this share"),
+    ("BAT_EMERGEN_THR", _REAL, 0.05, 0.0, 0.9, "the battery is an emergency below this share"),
+    ("BAT_LOW_THR", _REAL, 0.15, 0.0, 0.9, "the battery is low below this share"),
     ("COM_DISARM_LAND", _REAL, 2.0, -1.0, 60.0, "disarm this long after landing, s; < 0 never"),
     ("COM_DISARM_PRFLT", _REAL, 10.0, -1.0, 600.0, "disarm unless taken off, s; < 0 never"),
-    ("COM_OBL_RC_ACT", _INT, 0, 0, 7, "on loss of the offboard stream, see OffboardLossAction"),
+    ("COM_FAIL_ACT_T", _REAL, 5.0, 0.0, 25.0, "hold this long before a failsafe acts, s"),
+    (
+        "COM_LOW_BAT_ACT",
+        _INT,
+        3,
+        0,
+        3,
+        "low battery: 0 warn, 1 return, 2 land, 3 return, then land",
+    ),
+    ("COM_OBL_RC_ACT", _INT, 0, 0, 7, "loss of the offboard stream, see after_offboard_loss"),
     ("COM_OF_LOSS_T", _REAL, 1.0, 0.0, 60.0, "the offboard stream is lost after this, s"),
     ("COM_SPOOLUP_TIME", _REAL, 1.0, 0.0, 30.0, "motors idle at least this before take-off, s"),
     ("EKF2_EVA_NOISE", _REAL, 0.1, 0.05, 1000.0, "least noise of an external yaw, rad"),
@@ -36,6 +48,9 @@ _TABLE: tuple[tuple[str, ParameterType, float, float, float, str], ...] = (
     ("EKF2_HGT_REF", _INT, 1, 0, 3, "height: 0 barometer, 1 satellites, 2 range, 3 external"),
     ("EKF2_NOAID_TOUT", _INT, 5000000, 500000, 10000000, "position lost without aid after, us"),
     ("EKF2_PREDICT_US", _INT, 10000, 1000, 20000, "prediction period, us, read at start"),
+    ("GF_ACTION", _INT, 2, 0, 5, "beyond the fence: 1 warn, 2 hold, 3 return, 4 terminate, 5 land"),
+    ("GF_MAX_HOR_DIST", _REAL, 0.0, 0.0, 10000.0, "fence about home, m; 0 none"),
+    ("GF_MAX_VER_DIST", _REAL, 0.0, 0.0, 10000.0, "fence above home, m; 0 none"),
     ("IMU_DGYRO_CUTOFF", _REAL, 20.0, 0.0, 1000.0, "low-pass of the angular acceleration, Hz"),
     ("IMU_GYRO_CUTOFF", _REAL, 40.0, 0.0, 1000.0, "low-pass of the body rates, Hz; 0 off"),
     ("LNDMC_ROT_MAX", _REAL, 20.0, 0.0, 1000.0, "landed only below this body rate, deg/s"),

@@ -103,6 +103,13 @@ class PositionControl:
         self._derivative = [0.0, 0.0, 0.0]
         self._last_velocity = None
 
+    def note_reset(self, velocity_enu_m_s: Vector3) -> None:
+        """The estimated velocity stepped by this much, which is no acceleration."""
+        if self._last_velocity is not None:
+            x, y, z = self._last_velocity
+            dx, dy, dz = velocity_enu_m_s
+            self._last_velocity = (x + dx, y + dy, z + dz)
+
     def update(
         self,
         motion: Motion,

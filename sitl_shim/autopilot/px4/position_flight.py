@@ -2,7 +2,7 @@
 
 import math
 
-from sitl_shim.autopilot.interface import Motion
+from sitl_shim.autopilot.interface import EstimateStep, Motion
 from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.autopilot.px4 import offboard_position
@@ -103,6 +103,12 @@ class PositionFlight:
         self._drop_task()
         self._in_control = False
         self._sinking = False
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """The estimate was set anew: what is flown goes with it."""
+        self._control.note_reset(step.velocity_enu_m_s)
+        if self._task is not None:
+            self._task.note_reset(step)
 
     def advance_ramp(self, motion: Motion) -> None:
         """One period of the take-off ramp, whoever flies."""
@@ -214,6 +220,7 @@ class PositionFlight:
             self._parameters,
             goal_z_m=self._takeoff_goal_m(),
             home_enu_m=self._home,
+            sticks=self._commander.sticks_centred,
             previous=previous,
         )
         return self._task

@@ -2,7 +2,7 @@
 
 import math
 
-from sitl_shim.autopilot.interface import TICK_S, Motion
+from sitl_shim.autopilot.interface import TICK_S, EstimateStep, Motion
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.frames import Vector3
 
@@ -26,6 +26,13 @@ class Trajectory:
         self._parameters = parameters
         self.target: Vector3 = motion.position_enu_m
         self.velocity: Vector3 = motion.velocity_enu_m_s
+
+    def note_reset(self, step: EstimateStep) -> None:
+        """The estimate was set anew: the target goes along."""
+        (x, y, z), (dx, dy, dz) = self.target, step.position_enu_m
+        self.target = (x + dx, y + dy, z + dz)
+        (x, y, z), (dx, dy, dz) = self.velocity, step.velocity_enu_m_s
+        self.velocity = (x + dx, y + dy, z + dz)
 
     def stopping_point(self) -> Vector3:
         """Where the target can come to rest."""

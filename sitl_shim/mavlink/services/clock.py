@@ -31,7 +31,7 @@ class Clock:
 
     def _timesync(self, link: int, message: Message) -> None:
         if message.tc1 == 0:
-            now_ns = self._context.sim.time_us * 1000
+            now_ns = self._context.sim.stamp_us * 1000
             answer = dialect.MAVLink_timesync_message(now_ns, message.ts1)
             self._context.links[link].send(answer)
         else:

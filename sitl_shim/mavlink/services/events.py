@@ -50,7 +50,7 @@ class Events:
         for event in events:
             self._sequence = (self._sequence + 1) % _MODULO
             message = event_message(
-                event.id, context.sim.time_ms, self._sequence, event.levels, event.arguments
+                event.id, context.sim.stamp_ms, self._sequence, event.levels, event.arguments
             )
             self._kept.append((self._sequence, message))
             for link in context.links:

@@ -52,7 +52,7 @@ class ExternalPoses:
 
     def timesync_answer(self, link: int, message: Message) -> None:
         """A client's answer to TIMESYNC, by which its time stamps will be read."""
-        now_us = self._context.sim.time_us
+        now_us = self._context.sim.stamp_us
         self._clocks[link].answer(message.ts1 // 1000, message.tc1 * 1e-3, now_us)
 
     def _odometry(self, link: int, message: Message) -> None:
@@ -66,12 +66,12 @@ class ExternalPoses:
         if position is None:
             return
         sim = self._context.sim
-        stamp_us = self._clocks[link].boot_time_us(message.time_usec, sim.time_us)
+        stamp_us = self._clocks[link].boot_time_us(message.time_usec, sim.stamp_us)
         covariance = [nan] * 21 if message.estimator_type == _NAIVE else message.pose_covariance
         variances = [covariance[place] for place in (_X, _Y, _Z) if isfinite(covariance[place])]
         sim.receive_pose(
             ExternalPose(
-                time_s=stamp_us * 1e-6,
+                time_s=(stamp_us - sim.stamp_us + sim.elapsed_us) * 1e-6,
                 position_enu_m=position,
                 attitude_flu_to_enu=attitude,
                 heading_is_arbitrary=message.frame_id in (_LOCAL_FRD, _LOCAL_FLU),

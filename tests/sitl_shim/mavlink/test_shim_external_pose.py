@@ -12,7 +12,7 @@ NAN = math.nan
 class Listener:
     """In place of a simulation: keeps the poses that would go to the estimator."""
 
-    time_us = 3_000_000
+    elapsed_us = stamp_us = 3_000_000
 
     def __init__(self):
         self.poses = []
