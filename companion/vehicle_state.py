@@ -17,3 +17,5 @@ class VehicleState:
     attitude_flu_to_enu: Quaternion
     """(w, x, y, z), body FLU to world ENU."""
     rate_flu_rad_s: Vector3
+    reset_counter: int = 0
+    """Goes up, and around after 255, when the estimator steps and says so; 0 where none does."""

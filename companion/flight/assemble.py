@@ -333,6 +333,8 @@ def supervisor_limits(mission: MissionConfig) -> SupervisorLimits:
         s.state_age_limit_s,
         s.hand_over_after_s,
         s.failed_solves_s,
+        s.loop_delay_limit_s,
+        s.jump_limit_m,
         fence.low_m,
         fence.high_m,
     )

@@ -25,8 +25,9 @@ _FRAME_LOCAL_NED = 1
 _BODY_FRAMES = (8, 12)
 """MAV_FRAME_BODY_NED, deprecated but sent, and MAV_FRAME_BODY_FRD."""
 
-_ODOMETRY_BYTES = 230
-_ODOMETRY = struct.Struct("<Q13f168xBB")
+_ODOMETRY_BYTES = 231
+"""Up to the extension `reset_counter`, which is 0 where it was not sent."""
+_ODOMETRY = struct.Struct("<Q13f168xBBB")
 _POSITION = struct.Struct("<I6f")
 _ATTITUDE = struct.Struct("<I7f")
 _DEBUG_VECT = struct.Struct("<Q3f10s")
@@ -93,6 +94,7 @@ def state_from_odometry(frame: Frame) -> VehicleState | Rejected:
         payload = payload.ljust(_ODOMETRY_BYTES, b"\0")
     (
         time_us, x, y, z, qw, qx, qy, qz, vx, vy, vz, p, q, r, pose_frame, twist_frame,
+        reset_counter,
     ) = _ODOMETRY.unpack_from(payload)  # fmt: skip
     if pose_frame != _FRAME_LOCAL_NED:
         return Rejected(f"ODOMETRY has its pose in frame {pose_frame}, wanted 1 (local NED)")
@@ -101,7 +103,15 @@ def state_from_odometry(frame: Frame) -> VehicleState | Rejected:
         if twist_frame not in _BODY_FRAMES:
             return Rejected(f"ODOMETRY has its velocity in frame {twist_frame}, wanted 1, 8 or 12")
         velocity = rotate((qw, qx, qy, qz), velocity)
-    return _state("ODOMETRY", time_us * 1e-6, (x, y, z), velocity, (qw, qx, qy, qz), (p, q, r))
+    return _state(
+        "ODOMETRY",
+        time_us * 1e-6,
+        (x, y, z),
+        velocity,
+        (qw, qx, qy, qz),
+        (p, q, r),
+        reset_counter,
+    )
 
 
 def local_position(frame: Frame) -> LocalPosition:
@@ -187,6 +197,7 @@ def _state(
     velocity_ned_m_s: Vector3,
     frd_to_ned: Quaternion,
     rate_frd_rad_s: Vector3,
+    reset_counter: int = 0,
 ) -> VehicleState | Rejected:
     """Check everything, then turn it into the companion's frames."""
     problem = _problem(message, position_ned_m, velocity_ned_m_s, rate_frd_rad_s)
@@ -202,6 +213,7 @@ def _state(
         swap_enu_ned(velocity_ned_m_s),
         attitude_from_wire((w / norm, x / norm, y / norm, z / norm)),
         swap_flu_frd(rate_frd_rad_s),
+        reset_counter,
     )
 
 

@@ -4,6 +4,7 @@ Pure but for its memory: no clock is read, no byte is sent.  Who calls it carrie
 records what it is given, so that a flight can be repeated from its log.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,9 @@ from companion.control.flight_stack import FlightStack
 from companion.control.frameworks import Command, StackRecord, Tick
 from companion.control.mpc import MpcRecord, MpcStatus
 from companion.control.reference_model import Array
+from companion.flight.setpoints import footing
 from companion.flight.setpoints.body_rates import BodyRates
+from companion.flight.setpoints.footing import Footing
 from companion.flight.setpoints.stack_runner import StackRunner, UnsoundCommandError, Watch
 from companion.flight.setpoints.supervisor import (
     RESTARTING,
@@ -31,6 +34,8 @@ _FALLBACKS: dict[MpcStatus, str] = {
     "shifted_plan": "shifted plan",
     "clipped_closed_form": "clipped closed form",
 }
+_LONGEST_DELAY_S = 0.5
+"""No law carries the state further ahead; on a loop this slow nothing is tracked anyway."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +56,8 @@ class Output:
     """Body rates towards that attitude, to be sent in its place; None where attitudes are sent."""
     watch: Watch | None = None
     """Who flew the tick, and what the monitor made of it; None while holding."""
+    remark: str = ""
+    """For a person, about the state; empty if there is nothing to say."""
 
 
 class ControlLoop:
@@ -66,6 +73,7 @@ class ControlLoop:
         self._timeline: Timeline | None = None
         self._desired_yaw_rad = 0.0
         self._newest: VehicleState | None = None
+        self._footing = Footing()
         self._plan_status: MpcStatus = "closed_form"
         self.idle = False
         """While holding: no thrust.  For collective thrust, before take-off."""
@@ -113,6 +121,7 @@ class ControlLoop:
         self._limits = self._made_limits.about(anchor_enu_m)
         self._timeline = timeline
         self._desired_yaw_rad = desired_yaw_rad
+        self._footing = Footing()
 
     def release(self) -> None:
         """Back to holding, with a clean ladder."""
@@ -180,20 +189,34 @@ class ControlLoop:
         command: Command | None = None
         record: StackRecord | None = None
         watch: Watch | None = None
-        problem = ""
+        problem = remark = ""
         if self._timeline is not None and self.rung is not Rung.HAND_OVER:
-            command, record, watch, problem = self._control(self._timeline, state, loop_delay_s)
-        self._judge(state.time_s, 0.0, problem)
+            self._footing, found = footing.step(self._footing, state, self._limits.jump_limit_m)
+            problem, remark = found.problem, found.remark
+            if problem or found.restart:
+                self._runner.forget()
+            if problem:
+                watch = self._runner.watch()
+            else:
+                command, record, watch, problem = self._control(self._timeline, state, loop_delay_s)
+        self._judge(state.time_s, 0.0, problem, loop_delay_s)
         reason = self._supervisor.reason
         if self.rung is Rung.HAND_OVER:
             return Output(self.rung, reason, None, 0.0, record, "hand over", watch=watch)
+        if command is not None and self.rung is Rung.LEVEL:
+            self._runner.forget()  # what it commands is not sent
+            command = None
         if command is None:
             fallback = "level" if self.rung is Rung.LEVEL else ""
             attitude, field = self._hold(state, state.velocity_enu_m_s[2])
-            return Output(self.rung, reason, attitude, field, record, fallback, watch=watch)
+            return Output(
+                self.rung, reason, attitude, field, record, fallback, watch=watch, remark=remark
+            )
         fallback = _FALLBACKS.get(self._plan_status, "")
         attitude = command.attitude_flu_to_enu
-        return Output(self.rung, "", attitude, command.thrust, record, fallback, watch=watch)
+        return Output(
+            self.rung, "", attitude, command.thrust, record, fallback, watch=watch, remark=remark
+        )
 
     def _control(
         self, timeline: Timeline, state: VehicleState, loop_delay_s: float
@@ -213,7 +236,9 @@ class ControlLoop:
         flies = runner.present
         try:
             track_s = state.time_s - timeline.scored_s[0]
-            tick = Tick(state, loop_delay_s, self._desired_yaw_rad, track_s)
+            shifted = footing.seen(self._footing, state)
+            delay_s = min(loop_delay_s, _LONGEST_DELAY_S)
+            tick = Tick(shifted, delay_s, self._desired_yaw_rad, track_s)
             command, record, watch = runner.step(tick, timeline.position)
         except UnsoundCommandError as error:
             return None, error.record, runner.watch(), str(error)
@@ -228,9 +253,11 @@ class ControlLoop:
             self._plan_status = record.outer.status
         return command, record, watch, ""
 
-    def _judge(self, now_s: float, state_age_s: float, problem: str) -> None:
+    def _judge(
+        self, now_s: float, state_age_s: float, problem: str, loop_delay_s: float = math.nan
+    ) -> None:
         solved = self._plan_status not in _FALLBACKS
-        facts = Facts(now_s, state_age_s, problem, solved)
+        facts = Facts(now_s, state_age_s, problem, solved, loop_delay_s)
         self._supervisor = judge(self._limits, self._supervisor, facts)
 
     def _hold(self, state: VehicleState, climb_rate_m_s: float) -> tuple[Quaternion, float]:

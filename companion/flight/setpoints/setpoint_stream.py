@@ -44,7 +44,8 @@ from companion.vehicle_state import VehicleState
 
 _WATCH_S = 0.02
 _LATE_S = 0.02
-_LONGEST_DELAY_S = 0.2
+_LONGEST_DELAY_S = 1.0
+"""Whatever is measured, this is what the supervisor is told at most: far more than it bears."""
 _CLOCK_ERROR_S = 0.5
 """A sample from further ahead than this is no error of our estimate: its clock has jumped."""
 _EXACT_DIGITS = 6
@@ -96,6 +97,12 @@ class SetpointStream:
         self._sent_s: float | None = None
         """When the last setpoint went out; None if none has since the start."""
         connection.samples.on_sample = self._on_state
+        connection.samples.frozen_after_s = control.state_age_limit_s
+
+    @property
+    def flows(self) -> bool:
+        """True once a setpoint has gone out since the start."""
+        return self._sent_s is not None
 
     @property
     def monitor_worst(self) -> dict[str, float] | None:
@@ -206,7 +213,7 @@ class SetpointStream:
         clock = self._connection.clock
         if not clock.valid:
             return 0.0
-        delay = self._age_s(state, now_s) + 0.5 * clock.round_trip_s * clock.rate
+        delay = self._age_s(state, now_s) + 0.5 * clock.present_round_trip_s * clock.rate
         return max(0.0, min(_LONGEST_DELAY_S, delay))
 
     def _age_s(self, state: VehicleState, now_s: float) -> float:
@@ -246,7 +253,10 @@ class SetpointStream:
 
     def _fly_on(self, state: VehicleState, received_s: float) -> None:
         age = self._age_s(state, received_s)
-        if age > self.control.state_age_limit_s or age < -_CLOCK_ERROR_S:
+        if age < -_CLOCK_ERROR_S:
+            self._unusable = f"the autopilot's clock has jumped ahead by {-age:.1f} s"
+            return
+        if age > self.control.state_age_limit_s:
             self._unusable = f"the newest sample is {age * 1e3:.0f} ms old by the common clock"
             return
         delay = _exact(self.loop_delay_s(state, received_s))
@@ -297,6 +307,8 @@ class SetpointStream:
             self._connection.send(message)
             self._sent_s = asyncio.get_running_loop().time()
             sent = True
+        if output.remark:
+            self._voice.tell("warning", output.remark)
         if output.watch is not None:
             self._tell_changes(output.watch)
         if output.stack is not None:

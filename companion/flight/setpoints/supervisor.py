@@ -4,7 +4,8 @@ Pure decisions: facts of a tick in, a rung and its reason out.  Rungs, from the 
 
 1. ``TRACK``: the controller's command.  (A failed solve is bridged inside the controller, by the
    shifted plan and then the clipped closed form; the supervisor counts how long.)
-2. ``LEVEL``: level, thrust of hover, while the state is stale or the command unusable.
+2. ``LEVEL``: level, thrust of hover, while the state is stale, the loop's delay too long, or the
+   command unusable.
 3. ``HAND_OVER``: the stream stops and the autopilot's own failsafe takes over.  There is no way
    back up from here but a person's *resume*.
 
@@ -20,6 +21,10 @@ _FORGETTING = 0.25
 """Seconds on LEVEL that a second on TRACK makes up for."""
 
 _FENCE_MARGIN_M = 0.5
+_DELAY_SMOOTHING_S = 0.3
+"""A few samples that come late are no slow loop."""
+_FAST_AGAIN = 0.8
+"""Of the limit: below it the loop counts as fast again."""
 
 RESTARTING = "restarting"
 """The problem of a tick at which the controller starts again: it has no command yet."""
@@ -40,6 +45,10 @@ class SupervisorLimits:
     state_age_limit_s: float
     hand_over_after_s: float
     failed_solves_s: float
+    loop_delay_limit_s: float = math.inf
+    """No controller flies on a loop that is slower in the mean."""
+    jump_limit_m: float = math.inf
+    """An estimate that steps further is not followed."""
     fence_low_m: tuple[float, float, float] = (-math.inf, -math.inf, -math.inf)
     """The geofence, ENU m: a vehicle that reports itself well outside is not flown on."""
     fence_high_m: tuple[float, float, float] = (math.inf, math.inf, math.inf)
@@ -78,6 +87,8 @@ class Facts:
     nothing is."""
     plan_solved: bool
     """The newest plan is an optimum, not a fallback for one."""
+    loop_delay_s: float = math.nan
+    """From the sample's time until a setpoint acts; NaN without a sample."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +102,10 @@ class SupervisorMemory:
     """Autopilot's time of the last tick."""
     unsolved_since_s: float | None = None
     reason: str = ""
+    delay_s: float = math.nan
+    """Mean of the loop's delay."""
+    slow: bool = False
+    """The loop counts as too slow."""
 
 
 def judge(limits: SupervisorLimits, memory: SupervisorMemory, facts: Facts) -> SupervisorMemory:
@@ -108,6 +123,8 @@ def judge(limits: SupervisorLimits, memory: SupervisorMemory, facts: Facts) -> S
     if not facts.plan_solved:
         unsolved_since = now if memory.unsolved_since_s is None else memory.unsolved_since_s
 
+    delay_s = _mean_delay_s(memory, facts, passed)
+    slow = delay_s > (_FAST_AGAIN if memory.slow else 1.0) * limits.loop_delay_limit_s
     stale = facts.state_age_s > limits.state_age_limit_s
     if stale:
         reason = f"no usable state for more than {limits.state_age_limit_s * 1e3:.0f} ms"
@@ -116,11 +133,27 @@ def judge(limits: SupervisorLimits, memory: SupervisorMemory, facts: Facts) -> S
     else:
         # While it starts again, what made it stop is still the reason.
         reason = memory.reason if facts.problem == RESTARTING else facts.problem
-    rung = Rung.LEVEL if stale or facts.problem else Rung.TRACK
-    if rung is Rung.LEVEL and level_s > limits.hand_over_after_s:
+        if slow and facts.problem in ("", RESTARTING):
+            reason = (
+                f"a setpoint acts more than {limits.loop_delay_limit_s * 1e3:.0f} ms after the "
+                "state that it was made of: the link is too slow"
+            )
+    rung = Rung.LEVEL if stale or slow or facts.problem else Rung.TRACK
+    # By its age as well: a clock that was set does not tell how long it has been.
+    long_stale = facts.state_age_s > limits.state_age_limit_s + limits.hand_over_after_s
+    if rung is Rung.LEVEL and (level_s > limits.hand_over_after_s or long_stale):
         rung = Rung.HAND_OVER
         reason = f"{reason}, for {limits.hand_over_after_s:g} s"
     if unsolved_since is not None and now - unsolved_since > limits.failed_solves_s:
         rung = Rung.HAND_OVER
         reason = f"no plan could be solved for {limits.failed_solves_s:g} s"
-    return SupervisorMemory(rung, level_s, now, unsolved_since, reason)
+    return SupervisorMemory(rung, level_s, now, unsolved_since, reason, delay_s, slow)
+
+
+def _mean_delay_s(memory: SupervisorMemory, facts: Facts, passed_s: float) -> float:
+    if math.isnan(facts.loop_delay_s):
+        return memory.delay_s
+    if math.isnan(memory.delay_s):
+        return facts.loop_delay_s
+    share = 1.0 - math.exp(-passed_s / _DELAY_SMOOTHING_S)
+    return memory.delay_s + share * (facts.loop_delay_s - memory.delay_s)

@@ -16,7 +16,8 @@ from companion.mavlink.setpoints import AttitudeSetpoint, InvalidSetpointError, 
 HOLD_S = 1.0
 """So long is the vehicle held at most while the mode is not confirmed."""
 _PERIOD_S = 0.02
-_PATIENCE = Patience(timeout_s=0.5, attempts=6)
+_PATIENCE = Patience(timeout_s=0.5, attempts=20)
+"""Long: what is sent may not arrive for a while, and without it the vehicle drifts."""
 
 
 class HandingOver:

@@ -6,7 +6,13 @@ import math
 import numpy as np
 
 from companion.flight.assemble import fence_infeasibilities
-from companion.flight.errors import FlightAbortedError, FlightRefusedError, HandedOverError
+from companion.flight.errors import (
+    DisarmedError,
+    FlightAbortedError,
+    FlightRefusedError,
+    HandedOverError,
+    LinkLostError,
+)
 from companion.flight.setpoints.placement import PlacedTrajectory, Placement, place
 from companion.flight.setpoints.timeline import SHORTEST_MOVE_S, Timeline, plan_timeline
 from companion.flight.stages.crew import Flight, FlightScope
@@ -19,6 +25,8 @@ from companion.mavlink.exchange import Verdict
 _SHORTEST_APPROACH_S = {FlightScope.WHOLE: SHORTEST_MOVE_S, FlightScope.AIRBORNE: 0.2}
 _ENOUGH_OF_HEIGHT = 0.85
 """Where the mode does not tell that the take-off is over, the height must, beside landed_state."""
+_FLOWS_AFTER_S = 1.0
+"""A sample that can be flown on comes within a hundredth of this, if any does."""
 _SETTLE_S = 0.2
 """In the air until the truth of the last scored sample has come, too."""
 
@@ -90,6 +98,7 @@ async def engage(flight: Flight) -> Timeline:
     flight.authority.expect(connection.mode, mode, streaming=True)
     flight.voice.phase("engage", f"mode {mode}")
     await connection.waiting.pause(connection.loop_seconds(connection.dialect.stream_before_mode_s))
+    await _flowing(flight)
     if flight.experiment is not None:
         flight.experiment.before_engaging()
     if connection.mode != mode:
@@ -121,6 +130,30 @@ async def engage(flight: Flight) -> Timeline:
     progress.timeline = timeline
     progress.completed = False
     return timeline
+
+
+async def _flowing(flight: Flight) -> None:
+    """Setpoints flow: the state that comes can be flown on.
+
+    Raises:
+        FlightAbortedError: they don't.
+        HandedOverError: the same, when others have flown the vehicle meanwhile: they go on.
+    """
+    stream, waiting = flight.stream, flight.connection.waiting
+    resumed = flight.progress.timeline is not None
+    try:
+        await waiting.until(
+            lambda: stream.flows,
+            _FLOWS_AFTER_S,
+            lambda: "the state of the vehicle that arrives cannot be flown on",
+        )
+    except FlightAbortedError as error:
+        if isinstance(error, LinkLostError | DisarmedError) or waiting.failure is not None:
+            raise
+        stream.stop()
+        if resumed:
+            raise HandedOverError(f"not resumed: {error}") from error
+        raise
 
 
 async def _look_again(flight: Flight) -> None:

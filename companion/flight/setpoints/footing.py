@@ -1,0 +1,199 @@
+"""Steps of the estimate: what a reset of the estimator, or a glitch, does to the vehicle's place.
+
+The vehicle has not moved; what is known of its place has.  A step that is small enough is followed
+without a bump: the controller goes on in a frame that is shifted by the step, and the shift is
+taken back smoothly, so that the vehicle slides to where the estimate now says that it belongs.
+Within the shifted frame place and velocity agree, so that no law of the controller notices.  A step
+that is too large for that ends tracking, unless the estimate comes back: of two places that far
+apart one is wrong, and which one nobody here can tell.
+
+An estimator may announce a step (ODOMETRY's `reset_counter`); one that does not betrays it by a
+place that its velocity does not lead to.
+
+Pure: memory and a sample in, memory and verdict out.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from companion.frames import Vector3, wrap_angle_rad, yaw_of
+from companion.vehicle_state import VehicleState
+
+_NONE: Vector3 = (0.0, 0.0, 0.0)
+_NOTICED_M = 0.10
+"""A smaller step is not told from the noise of an estimate, unless it is announced."""
+_WORTH_M = 0.02
+"""A smaller step does no harm as it is."""
+_NOTICED_M_S = 1.0
+_NOTICED_RAD = math.radians(5.0)
+_LARGEST_M_S = 3.0
+_LARGEST_RAD = math.radians(45.0)
+_TURNING_RAD_S = 6.0
+_ACCELERATION_M_S2 = 20.0
+"""No vehicle of this kind accelerates harder: a velocity changes by so much without a step."""
+_LONGEST_GAP_S = 1.0
+"""After a longer silence nothing is known of where it must be."""
+_SLIDE_M_S = 0.5
+_SHORTEST_SLIDE_S = 1.0
+_PEAK_SPEED = 1.875
+"""Greatest slope of the smooth step over a unit of time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slide:
+    """A step that is being followed."""
+
+    shift_m: Vector3
+    """The step, ENU."""
+    begun_s: float
+    """By the autopilot's clock."""
+    lasts_s: float
+
+    def left(self, now_s: float) -> tuple[float, float]:
+        """How much of the shift is left, 1 … 0, and its rate, 1/s: a smooth step of 5th order."""
+        s = (now_s - self.begun_s) / self.lasts_s
+        if s >= 1.0:
+            return 0.0, 0.0
+        s = max(0.0, s)
+        share = 1.0 - s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+        return share, -30.0 * (s * (1.0 - s)) ** 2 / self.lasts_s
+
+
+@dataclass(frozen=True, slots=True)
+class Footing:
+    """What is remembered of the estimate from sample to sample."""
+
+    newest: VehicleState | None = None
+    slides: tuple[Slide, ...] = ()
+    """That are not over."""
+    astray_m: Vector3 = _NONE
+    """Steps of the place that are not followed, added up, ENU."""
+    astray_m_s: Vector3 = _NONE
+    astray_rad: float = 0.0
+    """The same of velocity and heading."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What a sample shows."""
+
+    problem: str = ""
+    """Why nothing may be flown on the estimate; empty if it may."""
+    remark: str = ""
+    """For a person, of a step that is followed; empty if there is none."""
+    restart: bool = False
+    """The velocity has stepped: what the laws remember of it is not true any more."""
+
+
+def step(footing: Footing, state: VehicleState, followed_m: float) -> tuple[Footing, Step]:
+    """Look at a sample.
+
+    Args:
+        footing: of the sample before.
+        state: the sample, later than that.
+        followed_m: a larger step of the place is not followed.
+    """
+    before = footing.newest
+    moved = replace(footing, newest=state)
+    passed_s = 0.0 if before is None else state.time_s - before.time_s
+    if before is None or not 0.0 < passed_s <= _LONGEST_GAP_S:
+        return moved, _verdict(moved, followed_m)
+    announced = state.reset_counter != before.reset_counter
+    jump_m = _jump_m(before, state, passed_s)
+    jump_m_s = _minus(state.velocity_enu_m_s, before.velocity_enu_m_s)
+    turned = before.rate_flu_rad_s[2] * passed_s
+    yaws = yaw_of(state.attitude_flu_to_enu) - yaw_of(before.attitude_flu_to_enu)
+    jump_rad = wrap_angle_rad(yaws - turned)
+    # What acceleration and turning that are not known of may have done is no step.
+    noticed_m = _WORTH_M if announced else _NOTICED_M + 0.125 * _ACCELERATION_M_S2 * passed_s**2
+    if math.hypot(*jump_m) <= noticed_m:
+        jump_m = _NONE
+    if math.hypot(*jump_m_s) <= _NOTICED_M_S + _ACCELERATION_M_S2 * passed_s:
+        jump_m_s = _NONE
+    if abs(jump_rad) <= _NOTICED_RAD + _TURNING_RAD_S * passed_s:
+        jump_rad = 0.0
+    moved = Footing(
+        state,
+        tuple(slide for slide in footing.slides if slide.left(state.time_s)[0] > 0.0),
+        _plus(footing.astray_m, jump_m),
+        _plus(footing.astray_m_s, jump_m_s),
+        footing.astray_rad + jump_rad,
+    )
+    verdict = _verdict(moved, followed_m)
+    if verdict.problem:
+        return moved, verdict
+    remark = _told(jump_m, jump_m_s, jump_rad, announced)
+    return _followed(moved), Step(remark=remark, restart=jump_m_s != _NONE)
+
+
+def seen(footing: Footing, state: VehicleState) -> VehicleState:
+    """The sample as the controller is to see it: in the shifted frame."""
+    position, velocity = state.position_enu_m, state.velocity_enu_m_s
+    for slide in footing.slides:
+        share, rate = slide.left(state.time_s)
+        position = _minus(position, _times(share, slide.shift_m))
+        velocity = _minus(velocity, _times(rate, slide.shift_m))
+    if not footing.slides:
+        return state
+    return replace(state, position_enu_m=position, velocity_enu_m_s=velocity)
+
+
+def _jump_m(before: VehicleState, state: VehicleState, passed_s: float) -> Vector3:
+    """By how much the place is not where the velocities lead."""
+    mean = _times(0.5, _plus(before.velocity_enu_m_s, state.velocity_enu_m_s))
+    led = _plus(before.position_enu_m, _times(passed_s, mean))
+    return _minus(state.position_enu_m, led)
+
+
+def _followed(footing: Footing) -> Footing:
+    """From now on what is astray is slid to."""
+    state, shift = footing.newest, footing.astray_m
+    assert state is not None
+    slides = footing.slides
+    if shift != _NONE:
+        lasts_s = max(_SHORTEST_SLIDE_S, _PEAK_SPEED * math.hypot(*shift) / _SLIDE_M_S)
+        slides = (*slides, Slide(shift, state.time_s, lasts_s))
+    return Footing(state, slides)
+
+
+def _verdict(footing: Footing, followed_m: float) -> Step:
+    """Why the estimate cannot be followed, if it cannot."""
+    astray_m, astray_m_s = math.hypot(*footing.astray_m), math.hypot(*footing.astray_m_s)
+    now_s = 0.0 if footing.newest is None else footing.newest.time_s
+    sliding_m = sum(math.hypot(*s.shift_m) * s.left(now_s)[0] for s in footing.slides)
+    problem = ""
+    if astray_m > 0.0 and astray_m + sliding_m > followed_m:
+        problem = f"the estimate of the position jumped by {astray_m + sliding_m:.1f} m"
+    elif astray_m_s > _LARGEST_M_S:
+        problem = f"the estimate of the velocity jumped by {astray_m_s:.1f} m/s"
+    elif abs(footing.astray_rad) > _LARGEST_RAD:
+        turn_deg = math.degrees(abs(footing.astray_rad))
+        problem = f"the estimate of the heading jumped by {turn_deg:.0f}°"
+    return Step(problem=problem)
+
+
+def _told(jump_m: Vector3, jump_m_s: Vector3, jump_rad: float, announced: bool) -> str:
+    """What a person is told of a step that is followed; small ones are not worth it."""
+    parts = []
+    if jump_m != _NONE:
+        parts.append(f"position by {math.hypot(*jump_m):.2f} m")
+    if jump_m_s != _NONE:
+        parts.append(f"velocity by {math.hypot(*jump_m_s):.1f} m/s")
+    if jump_rad != 0.0:
+        parts.append(f"heading by {math.degrees(abs(jump_rad)):.0f}°")
+    if not parts:
+        return ""
+    how = "announced" if announced else "unannounced"
+    return f"the estimate jumped ({how}): {', '.join(parts)}; it is followed smoothly"
+
+
+def _plus(a: Vector3, b: Vector3) -> Vector3:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def _minus(a: Vector3, b: Vector3) -> Vector3:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _times(factor: float, a: Vector3) -> Vector3:
+    return (factor * a[0], factor * a[1], factor * a[2])

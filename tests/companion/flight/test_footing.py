@@ -1,0 +1,167 @@
+"""Steps of the estimate: small ones are followed without a bump, large ones end tracking."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from companion.flight.setpoints.footing import Footing, seen, step
+from companion.frames import quaternion_from_euler
+from companion.vehicle_state import VehicleState
+
+DT_S = 0.01
+FOLLOWED_M = 1.0
+
+
+def motion(time_s, *, offset=(0.0, 0.0, 0.0), counter=0, yaw=0.0, speed=(0.0, 0.0, 0.0)):
+    """A brisk turn at 1.5 m/s, whose estimate is off by something."""
+    angle = 2.0 * time_s
+    place = (0.75 * math.cos(angle), 0.75 * math.sin(angle), 2.0)
+    velocity = (-1.5 * math.sin(angle), 1.5 * math.cos(angle), 0.0)
+    return VehicleState(
+        time_s,
+        tuple(p + o for p, o in zip(place, offset, strict=True)),
+        tuple(v + s for v, s in zip(velocity, speed, strict=True)),
+        quaternion_from_euler(0.2, 0.1, yaw),
+        (0.0, 0.0, 0.0),
+        counter,
+    )
+
+
+def fly(times, *, change, footing=None):
+    """States as they come, as they are seen, and what was found of each."""
+    footing = footing or Footing()
+    found = []
+    for time_s in times:
+        state = motion(time_s, **change(time_s))
+        footing, verdict = step(footing, state, FOLLOWED_M)
+        found.append((state, seen(footing, state), verdict))
+    return footing, found
+
+
+def ticks(seconds, dt_s=DT_S):
+    return [k * dt_s for k in range(round(seconds / dt_s))]
+
+
+@pytest.mark.parametrize("dt_s", [0.004, 0.01, 0.033, 0.1])
+def test_a_vehicle_that_flies_is_seen_as_it_is(dt_s):
+    _, found = fly(ticks(4.0, dt_s), change=lambda t: {})
+    assert all(state is as_seen for state, as_seen, _ in found)
+    assert not any(v.problem or v.remark or v.restart for _, _, v in found)
+
+
+@pytest.mark.parametrize("announced", [True, False])
+@pytest.mark.parametrize("jump_m", [0.15, 0.3, 0.9])
+def test_a_small_step_is_followed_without_a_bump(jump_m, announced):
+    def change(time_s):
+        jumped = time_s >= 1.0
+        return {"offset": (jump_m * jumped, 0.0, 0.0), "counter": int(announced and jumped)}
+
+    _, found = fly(ticks(8.0), change=change)
+    remarks = [(state.time_s, v.remark) for state, _, v in found if v.remark]
+    ((when_s, remark),) = remarks
+    assert when_s == 1.0
+    assert f"{jump_m:.2f} m" in remark
+    assert ("(announced)" in remark) is announced
+    assert not any(v.problem or v.restart for _, _, v in found)
+    # What the controller sees moves on as if nothing had been, and ends at the estimate.
+    for (_, a, _), (_, b, _) in itertools.pairwise(found):
+        assert math.dist(a.position_enu_m, b.position_enu_m) < (1.5 + 0.51) * DT_S
+        mean = [(x + y) / 2.0 for x, y in zip(a.velocity_enu_m_s, b.velocity_enu_m_s, strict=True)]
+        moved = [y - x for x, y in zip(a.position_enu_m, b.position_enu_m, strict=True)]
+        assert [m / DT_S for m in moved] == pytest.approx(mean, abs=2e-3)
+    assert found[-1][1] == found[-1][0]
+
+
+def test_an_announced_step_is_followed_however_small():
+    _, found = fly(
+        ticks(2.0),
+        change=lambda t: {"offset": (0.03 * (t >= 1.0), 0.0, 0.0), "counter": int(t >= 1.0)},
+    )
+    first = next(k for k, (state, _, _) in enumerate(found) if state.time_s >= 1.0)
+    assert math.dist(found[first][1].position_enu_m, motion(1.0).position_enu_m) < 1e-3
+    assert "(announced): position by 0.03 m" in found[first][2].remark
+
+
+def test_an_estimate_that_wanders_by_centimetres_is_seen_as_it_is():
+    _, found = fly(ticks(2.0), change=lambda t: {"offset": (0.08 * (round(100 * t) % 2), 0.0, 0.0)})
+    assert all(state is as_seen for state, as_seen, _ in found)
+
+
+def test_a_large_step_ends_tracking_for_as_long_as_it_lasts():
+    _, found = fly(ticks(3.0), change=lambda t: {"offset": (3.0 * (1.0 <= t < 1.5), 0.0, 0.0)})
+    troubled = [state.time_s for state, _, v in found if v.problem]
+    assert troubled[0] == 1.0
+    assert troubled[-1] == pytest.approx(1.49)
+    assert "jumped by 3.0 m" in next(v.problem for _, _, v in found if v.problem)
+    assert math.dist(found[-1][1].position_enu_m, found[-1][0].position_enu_m) < 1e-2
+
+
+def test_steps_that_add_up_are_no_way_round_the_limit():
+    _, found = fly(ticks(2.0), change=lambda t: {"offset": (0.4 * (10.0 * t // 2.0), 0.0, 0.0)})
+    assert not any(v.problem for state, _, v in found if state.time_s < 0.55)
+    assert all(v.problem for state, _, v in found if state.time_s > 0.65)
+
+
+def test_a_second_step_in_the_slide_of_the_first_makes_no_bump_either():
+    def change(time_s):
+        return {"offset": (0.4 * (time_s >= 1.0), 0.4 * (time_s >= 1.4), 0.0)}
+
+    _, found = fly(ticks(8.0), change=change)
+    steps = [
+        math.dist(a.position_enu_m, b.position_enu_m)
+        for (_, a, _), (_, b, _) in itertools.pairwise(found)
+    ]
+    assert max(steps) < (1.5 + 1.01) * DT_S
+    assert sum(bool(v.remark) for _, _, v in found) == 2
+
+
+def test_a_step_of_the_velocity_begins_the_laws_anew_and_a_large_one_is_not_flown_on():
+    _, found = fly(ticks(2.0), change=lambda t: {"speed": (1.6 * (t >= 1.0), 0.0, 0.0)})
+    assert [state.time_s for state, _, v in found if v.restart] == [1.0]
+    # Such a velocity does not lead to the places that follow: that is another matter.
+    _, found = fly(ticks(1.01), change=lambda t: {"speed": (6.0 * (t >= 1.0), 0.0, 0.0)})
+    assert "velocity jumped" in found[-1][2].problem
+
+
+@pytest.mark.parametrize(("turn_deg", "bad"), [(10.0, False), (60.0, True)])
+def test_a_step_of_the_heading_is_told_and_a_large_one_is_not_flown_on(turn_deg, bad):
+    _, found = fly(
+        ticks(2.0),
+        change=lambda t: {"yaw": math.radians(turn_deg) * (t >= 1.0), "counter": int(t >= 1.0)},
+    )
+    verdict = next(v for state, _, v in found if state.time_s >= 1.0)
+    assert bool(verdict.problem) is bad
+    assert ("heading by 10°" in verdict.remark) is not bad
+    assert bool(found[-1][2].problem) is bad
+
+
+def test_after_a_long_silence_nothing_is_known_of_where_it_must_be():
+    footing, _ = fly(ticks(1.0), change=lambda t: {})
+    far = replace(motion(3.0), position_enu_m=(9.0, 9.0, 9.0))
+    _, verdict = step(footing, far, FOLLOWED_M)
+    assert not verdict.problem
+    assert not verdict.remark
+
+
+@settings(deadline=None, derandomize=True, max_examples=100)
+@given(
+    st.lists(st.tuples(st.floats(0.0, 3.0), *[st.floats(-0.5, 0.5)] * 3), min_size=0, max_size=4)
+)
+def test_what_is_followed_is_slid_to_in_the_end_and_never_faster_than_half_a_metre_per_second(
+    steps,
+):
+    def change(time_s):
+        offsets = [offset for at_s, *offset in steps if time_s >= at_s]
+        return {"offset": tuple(map(sum, zip(*offsets, strict=True))) or (0.0,) * 3}
+
+    _, found = fly(ticks(12.0, 0.02), change=change)
+    if any(v.problem for _, _, v in found):
+        return
+    state, as_seen, _ = found[-1]
+    assert math.dist(state.position_enu_m, as_seen.position_enu_m) < 1e-9
+    for (_, a, _), (_, b, _) in itertools.pairwise(found):
+        assert math.dist(a.velocity_enu_m_s, b.velocity_enu_m_s) < 0.2  # the turn: 0.06
