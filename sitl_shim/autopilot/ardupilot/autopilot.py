@@ -7,6 +7,8 @@ from sitl_shim.autopilot.ardupilot import modes
 from sitl_shim.autopilot.ardupilot.boot import HOME_S, YAW_ERROR_RAD, Boot
 from sitl_shim.autopilot.ardupilot.commander import Commander
 from sitl_shim.autopilot.ardupilot.flight_control import FlightControl
+from sitl_shim.autopilot.ardupilot.guards import PERIOD_US as GUARD_PERIOD_US
+from sitl_shim.autopilot.ardupilot.guards import Guards
 from sitl_shim.autopilot.ardupilot.guided import Guided
 from sitl_shim.autopilot.ardupilot.mission_commands import MissionCommands
 from sitl_shim.autopilot.ardupilot.modes import Mode
@@ -88,6 +90,7 @@ class ArduCopter:
         self._mission_commands = MissionCommands(
             self.parameters, self.mission, self._commander, self._guided, self._control
         )
+        self._guards = Guards(self.parameters, self._commander, self._control)
         self.estimate_interval_us = TICK_US
         """How often its estimator publishes, µs."""
         self._time_us = 0
@@ -148,6 +151,9 @@ class ArduCopter:
             commander.lose_position(not motion.local_position_valid)
         commander.step(time_us, control.situation(commander.mode, armed=commander.armed))
         self._height_m = motion.position_enu_m[2]
+        if time_us % GUARD_PERIOD_US == 0:
+            known = self._boot.estimator.position_known
+            self._guards.step(time_us, motion, self.battery, self._home, position_known=known)
         armed = commander.armed
         if armed and not self._was_armed:
             control.arm(time_us)

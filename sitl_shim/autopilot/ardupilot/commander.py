@@ -45,7 +45,7 @@ class Situation(NamedTuple):
 
 
 class Commander:
-    """Arming, modes and the ground station's failsafe.
+    """Arming, modes and the ground station's failsafe; the others are `Guards`.
 
     Args:
         parameters: of the autopilot.
@@ -72,6 +72,8 @@ class Commander:
         self._station = GroundStationWatch(parameters)
         self._has_flown = airborne
         self._lane = 0
+        self.failsafe = False
+        """Whether the estimator or the battery gives cause for one."""
         self.mode = Mode.GUIDED if airborne else Mode.STABILIZE
         self.armed = airborne
         self.armed_us = 0
@@ -99,7 +101,7 @@ class Commander:
         """MAV_STATE: 1 booting, 3 on the ground, 4 flying, 5 failsafe."""
         if not self.ready:
             return 1
-        if self._station.lost and self.armed:
+        if (self._station.lost or self.failsafe) and self.armed:
             return 5
         return 3 if self._situation.landed else 4
 

@@ -19,6 +19,8 @@ from sitl_shim.frames import Vector3
 
 _BRAKE_M_S2 = 7.5
 _STICK_M_S2 = 2.5
+_LANDING_PAUSE_US = 4_000_000
+"""Of a landing that a failsafe began."""
 
 
 class FlightControl:
@@ -51,6 +53,9 @@ class FlightControl:
         """Where GUIDED, once it is entered, is to go at first."""
         self.sticks_centred = False
         """Whether there is a pilot, sticks in the middle; without one the throttle is down."""
+        self.pauses_before_landing = False
+        """Whether LAND, once it is entered, waits before it sinks."""
+        self._sinks_from_us = 0
         self._return: ReturnFlight | None = None
         self._mode: Mode | None = None
         self._time_us = self._armed_us = 0
@@ -142,6 +147,7 @@ class FlightControl:
 
     def _enter(self, mode: Mode, motion: Motion) -> None:
         cascade, p = self.cascade, self._parameters
+        self._sinks_from_us = 0
         if self._mode is Mode.AUTO:
             self.auto.leave()
         self._mode = mode
@@ -165,8 +171,11 @@ class FlightControl:
             cascade.altitude.acceleration_max = _STICK_M_S2
         elif mode is Mode.AUTO:
             self.auto.enter()
+        elif mode is Mode.LAND and self.pauses_before_landing:
+            self._sinks_from_us = self._time_us + _LANDING_PAUSE_US
         elif mode is Mode.RTL:
             self._return = ReturnFlight(p, cascade, motion, self._home)
+        self.pauses_before_landing = False
 
     # --- modes ---
 
@@ -210,7 +219,14 @@ class FlightControl:
 
     def _land(self, motion: Motion) -> None:
         known = self._position_known
-        land(self._parameters, self.cascade, motion, self._home[2], position_known=known)
+        land(
+            self._parameters,
+            self.cascade,
+            motion,
+            self._home[2],
+            position_known=known,
+            waits=self._time_us < self._sinks_from_us,
+        )
 
     def _go_home(self, motion: Motion) -> None:
         if self._return is not None:

@@ -17,8 +17,18 @@ def land(
     home_z_m: float,
     *,
     position_known: bool,
+    waits: bool = False,
 ) -> None:
-    """One period of landing: in place, or level where there is no position."""
+    """One period of landing: in place, or level where there is no position.
+
+    Args:
+        parameters: speeds and heights.
+        cascade: what carries it out.
+        motion: the estimate.
+        home_z_m: height of home in the local frame.
+        position_known: whether the vehicle can stay in place.
+        waits: keep the height for now.
+    """
     if cascade.detector.landed:
         cascade.stand(motion)
         return
@@ -26,6 +36,9 @@ def land(
         cascade.stop(motion)
     else:
         cascade.level(motion)
+    if waits:
+        cascade.climb(motion, 0.0)
+        return
     height_m = motion.position_enu_m[2] - home_z_m
     low_m = max(1.0, parameters["LAND_ALT_LOW"] * 0.01)
     slow = parameters["LAND_SPEED"] * 0.01
