@@ -59,9 +59,14 @@ async def _listen(options: ShimOptions, duration_s: float, pings_hz: float) -> R
 
 
 def _heard(
-    faults: str | None, *, seed: int = 1, speed: float = 1.0, duration_s: float = 4.0
+    faults: str | None,
+    *,
+    seed: int = 1,
+    speed: float = 1.0,
+    duration_s: float = 4.0,
+    vehicle: str = "bebop2",
 ) -> Received:
-    options = ShimOptions(seed=seed, faults=faults, speed=speed)
+    options = ShimOptions(seed=seed, faults=faults, speed=speed, vehicle=vehicle)
     return run_virtually(_listen(options, duration_s, 50.0))
 
 
@@ -79,7 +84,11 @@ def test_faults_that_do_nothing_yet_leave_every_byte_and_time_as_it_was() -> Non
     before = [entry for entry in bare if entry[0] < 3.0]
     assert waiting[: len(before)] == before
     assert len(waiting) < len(bare)
-    assert _heard("{link: [{}, {}]}") == bare
+
+
+@pytest.mark.parametrize("vehicle", ["bebop2", "sih_quadx"])  # which has no delay of its own
+def test_a_fault_of_nothing_changes_nothing(vehicle: str) -> None:
+    assert _heard("{link: [{}, {}]}", vehicle=vehicle) == _heard(None, vehicle=vehicle)
 
 
 def test_the_truth_passes_untouched_whatever_the_link_does() -> None:
