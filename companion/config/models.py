@@ -351,7 +351,7 @@ class SupervisorConfig(Section):
         default=1.0, description="After this long without a solved plan: hand over."
     )
     loop_delay_limit_s: Annotated[float, Field(ge=0.05, le=0.5)] = Field(
-        default=0.15,
+        default=0.1,
         description="Nothing is tracked while a setpoint acts later than this after its state.",
     )
     jump_limit_m: Annotated[float, Field(ge=0.1, le=5.0)] = Field(
