@@ -11,6 +11,28 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
+_LARGEST_FILE_BYTES = 1_000_000
+_DEEPEST = 40
+_FAST_LOADER = yaml.CSafeLoader if yaml.__with_libyaml__ else yaml.SafeLoader
+_OPENING = (
+    yaml.BlockMappingStartToken,
+    yaml.BlockSequenceStartToken,
+    yaml.FlowMappingStartToken,
+    yaml.FlowSequenceStartToken,
+)
+_CLOSING = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
+# Apart from its own errors, PyYAML fails inside its constructors: for a date that there is not,
+# for tags such as `!!int ""`.
+_PARSE_ERRORS = (
+    yaml.YAMLError,
+    ValueError,
+    LookupError,
+    AttributeError,
+    TypeError,
+    ArithmeticError,
+    RecursionError,
+)
+
 
 class DataFileError(ValueError):
     """A data file is missing, is not YAML, or does not say what its model needs."""
@@ -37,6 +59,8 @@ def load_data_file(path: Path, model: type[_Model], what: str) -> _Model:
         DataFileError: the file cannot be read, is not YAML, or does not fit the model.
     """
     try:
+        if path.stat().st_size > _LARGEST_FILE_BYTES:
+            raise DataFileError(f"{what} file {path}: larger than 1 MB, which no such file is.")
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise DataFileError(
@@ -56,15 +80,7 @@ def parse_data(text: str, model: type[_Model], where: str) -> _Model:
     Raises:
         DataFileError: it is not YAML, or does not fit the model.
     """
-    try:
-        root = yaml.compose(text, Loader=yaml.SafeLoader)
-        data = _with_tuples(yaml.safe_load(text))
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: a date that there is not
-        raise DataFileError(f"{where}: is not valid YAML: {error}") from error
-    except RecursionError:
-        raise DataFileError(
-            f"{where}: nests too deeply; does an anchor (&) hold its own alias (*)?"
-        ) from None
+    root, data = _parsed(text, where)
     if not isinstance(root, yaml.MappingNode):
         raise DataFileError(
             f"{where}: must be a mapping of keys to values; "
@@ -76,6 +92,53 @@ def parse_data(text: str, model: type[_Model], where: str) -> _Model:
     except ValidationError as error:
         complaints = [_complaint(detail, root, model) for detail in error.errors()]
         raise DataFileError(f"{where}: " + " ".join(complaints)) from error
+
+
+def _parsed(text: str, where: str) -> tuple[yaml.Node | None, Any]:
+    """Nodes and values of a text.
+
+    Raises:
+        DataFileError: it is not YAML, or would grow without end.
+    """
+    try:
+        try:
+            return _parsed_by(_FAST_LOADER, text, where)
+        except _PARSE_ERRORS as error:
+            if isinstance(error, DataFileError):
+                raise
+            return _parsed_by(yaml.SafeLoader, text, where)  # it says better what is wrong
+    except DataFileError:
+        raise
+    except _PARSE_ERRORS as error:
+        problem = str(error) or type(error).__name__
+        raise DataFileError(f"{where}: is not valid YAML: {problem}") from error
+
+
+def _parsed_by(loader_class: Any, text: str, where: str) -> tuple[yaml.Node | None, Any]:  # noqa: ANN401 - PyYAML's
+    _refuse_what_explodes(loader_class, text, where)
+    loader = loader_class(text)
+    try:
+        root = loader.get_single_node()
+        data = None if root is None else _with_tuples(loader.construct_document(root))
+    finally:
+        loader.dispose()
+    return root, data
+
+
+def _refuse_what_explodes(loader_class: Any, text: str, where: str) -> None:  # noqa: ANN401 - PyYAML's
+    """Look through the tokens, which takes no more memory than the text."""
+    depth = 0
+    for token in yaml.scan(text, Loader=loader_class):
+        if isinstance(token, _OPENING):
+            depth += 1
+        elif isinstance(token, _CLOSING):
+            depth -= 1
+        if depth > _DEEPEST or isinstance(token, yaml.AliasToken):
+            line = token.start_mark.line + 1
+            raise DataFileError(
+                f"{where}: nests too deeply: line {line} has an alias (*), or is more than "
+                f"{_DEEPEST} levels deep; write out what is meant."
+            )
 
 
 def resolve_data_path(name_or_path: str | Path, folder: Path, what: str) -> Path:

@@ -26,6 +26,16 @@ _SHORTEST_STEP_S = 0.0099
 _LONGEST_S = 3600.0
 _FARTHEST_M = 10_000.0
 
+_DEEPEST = 10
+_FAST_LOADER = yaml.CSafeLoader if yaml.__with_libyaml__ else yaml.SafeLoader
+_OPENING = (
+    yaml.BlockMappingStartToken,
+    yaml.BlockSequenceStartToken,
+    yaml.FlowMappingStartToken,
+    yaml.FlowSequenceStartToken,
+)
+_CLOSING = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
+
 _Row = tuple[str, list[Any]]
 """Where a point stands, for messages, and what stands there."""
 
@@ -147,9 +157,12 @@ def _rows_from_csv(path: Path, text: str) -> list[_Row]:
 
 def _rows_from_yaml(path: Path, text: str) -> tuple[str, list[_Row]]:
     try:
-        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
-            raise TrajectoryFileError(f"{path}: YAML aliases (*name) are not taken; write it out.")
-        content = yaml.safe_load(text)
+        try:
+            content = _from_yaml(_FAST_LOADER, path, text)
+        except _PARSE_ERRORS as error:
+            if isinstance(error, TrajectoryFileError):
+                raise
+            content = _from_yaml(yaml.SafeLoader, path, text)  # it says better what is wrong
     except TrajectoryFileError:
         raise
     except _PARSE_ERRORS as error:
@@ -171,6 +184,22 @@ def _rows_from_yaml(path: Path, text: str) -> tuple[str, list[_Row]]:
         for number, point in enumerate(content["points"], 1)
     ]
     return name, rows
+
+
+def _from_yaml(loader: Any, path: Path, text: str) -> Any:  # noqa: ANN401 - PyYAML's, any value
+    """Values of a text whose tokens show that it does not grow without end."""
+    depth = 0
+    for token in yaml.scan(text, Loader=loader):
+        if isinstance(token, yaml.AliasToken):
+            raise TrajectoryFileError(f"{path}: YAML aliases (*name) are not taken; write it out.")
+        depth += isinstance(token, _OPENING) - isinstance(token, _CLOSING)
+        if depth > _DEEPEST:
+            line = token.start_mark.line + 1
+            raise TrajectoryFileError(
+                f"{path}, line {line}: nests deeper than {_DEEPEST} levels. Points are a list of "
+                "lists."
+            )
+    return yaml.load(text, Loader=loader)  # a safe one
 
 
 def _checked(name: str, rows: list[_Row], path: Path) -> SplineTrajectory:

@@ -161,7 +161,7 @@ def test_keys_that_do_not_go_together():
         ("seed: 1\n\twind: x", "m.yaml, line 2: not YAML: "),
         ('seed: !!int ""', "m.yaml: not YAML: "),
         ("seed: !!python/object:os.system x", "m.yaml, line 1: not YAML: "),
-        ("a: " + "[" * 5000, "m.yaml: not YAML: "),
+        ("a: " + "[" * 5000, "m.yaml, line 1: nests deeper than 40 levels"),
     ],
 )
 def test_what_is_no_mapping_of_keys(text, says):

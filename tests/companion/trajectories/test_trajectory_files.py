@@ -134,7 +134,7 @@ def test_a_wrong_csv_is_told_by_line(written, text, says):
         ("a: &a [0, 0, 0, 1]\npoints: [*a]", ": YAML aliases (*name) are not taken"),
         ("points: [", ": not YAML"),
         ('points: [!!int ""]', ": not YAML"),
-        ("points: " + "[" * 5000, ": not YAML"),
+        ("points: " + "[" * 5000, ", line 1: nests deeper"),
     ],
 )
 def test_a_wrong_yaml_is_told_by_point(written, text, says):
