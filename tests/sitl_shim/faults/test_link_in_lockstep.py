@@ -18,6 +18,8 @@ _BAD = (
     "{link: [{loss: 0.3, delay_s: 0.02, jitter_s: 0.015, duplicate: 0.05, reorder: 0.05,"
     " corrupt: 0.05}]}"
 )
+_FIRST_PING_S = 0.502
+"""Between two ticks."""
 Received = list[tuple[float, bytes]]
 
 
@@ -47,7 +49,7 @@ async def _listen(options: ShimOptions, duration_s: float, pings_hz: float) -> R
     shim = LockstepShim(options, receive)
     packer = Packer(1, 191)
     running = asyncio.ensure_future(shim.run())
-    await asyncio.sleep(0.5 / options.speed)
+    await asyncio.sleep(_FIRST_PING_S / options.speed)
     for number in range(int((duration_s - 1.0) * pings_hz)):
         shim.receive(packer.pack(dialect.MAVLink_ping_message(0, number, 0, 0)))
         await asyncio.sleep(1.0 / pings_hz / options.speed)
@@ -118,8 +120,10 @@ def test_all_times_are_simulated_ones_at_any_speed() -> None:
 
 def test_delays_of_both_ways_add_up() -> None:
     def round_trip_s(faults: str | None) -> float:
-        # The first PING leaves 0.5 s after the boot, and the first answer is to it.
-        return min(time_s for time_s, number in _answers(_heard(faults)) if number == 0) - 0.5
+        return (
+            min(time_s for time_s, number in _answers(_heard(faults)) if number == 0)
+            - _FIRST_PING_S
+        )
 
     bare_s = round_trip_s(None)
     assert round_trip_s("{link: [{way: telemetry, delay_s: 0.05}]}") == pytest.approx(bare_s + 0.05)
