@@ -231,7 +231,12 @@ def _began_s(promise: Promise, evidence: Evidence) -> float:
 
 
 def _detected(promise: Promise, evidence: Evidence, began_s: float) -> Said | None:
-    """The first word about a fault: a warning, an error, or what the row says will be said."""
+    """The first word about a fault: a warning, an error, or what the row says will be said.
+
+    None if the row does not promise that it is seen.
+    """
+    if promise.within_s is None and promise.says is None:
+        return None
     for said in evidence.said:
         if said.time_s < began_s or math.isnan(began_s) or said.text.startswith(_AUTOPILOT):
             continue

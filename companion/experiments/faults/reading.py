@@ -26,6 +26,8 @@ _PHASE = "phase "
 _ENGAGED = "engage"
 _TRACKED = "track"
 _LONGEST_DELAY_S = 1.0
+_TOLD_WITHIN_S = 5.0
+_SAMPLES_WITHIN_S = 0.05
 
 
 @dataclass(slots=True)
@@ -135,22 +137,18 @@ def _sent(wire: WireLog) -> Sent:
 
 
 def _begun(wire: WireLog) -> tuple[Begun, ...]:
-    """Each event at the time of the sample of the truth that has its time stamp.
+    """Each event at the time of the last sample of the truth that is not younger.
 
-    It is told up to a second late, with the stamp of the moment at which it happened.
+    It is told later, again and again, with the stamp of the moment at which it happened.
     """
     stamps = np.array(wire.truth_stamps_s)
     times = np.array(wire.truth_times_s)
     found = []
     for arrival_s, event in wire.events:
-        recent = np.flatnonzero((times <= arrival_s) & (times > arrival_s - 5.0))
-        began_s = arrival_s
-        if len(recent):
-            off_s = np.abs(stamps[recent] - event.time_s)
-            nearest = int(off_s.argmin())
-            if off_s[nearest] < 0.05:
-                began_s = float(times[recent[nearest]])
-        found.append(Begun(began_s, event.name, event.value))
+        recent = (times <= arrival_s) & (times > arrival_s - _TOLD_WITHIN_S)
+        just_before = (stamps <= event.time_s) & (stamps > event.time_s - _SAMPLES_WITHIN_S)
+        at = times[recent & just_before]
+        found.append(Begun(float(at[-1]) if len(at) else arrival_s, event.name, event.value))
     return tuple(sorted(found, key=lambda begun: (begun.time_s, begun.name, begun.value)))
 
 
