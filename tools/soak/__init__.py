@@ -1,0 +1,1 @@
+"""Endurance: flights for hours, and what grows in them (docs/endurance.md)."""
