@@ -35,6 +35,7 @@ _NO_SLOWER = frozenset(
         MessageId.ATTITUDE_QUATERNION,
         MessageId.LOCAL_POSITION_NED,
         MessageId.EKF_STATUS_REPORT,
+        MessageId.ESTIMATOR_STATUS,
         MessageId.EXTENDED_SYS_STATE,
         MessageId.ODOMETRY,
         MessageId.CURRENT_MODE,

@@ -123,6 +123,7 @@ class Connection:
         self.pulse = Pulse(self.loop_seconds, self.losses)
         self.samples = Samples()
         """The vehicle's state, as it arrives."""
+        self.samples.lost = lambda: self.reports.position_lost
         self.samples.in_air = lambda: self.reports.landed_state > LANDED_ON_GROUND
         self.on_trouble: Callable[[str], None] | None = None
         """Told, once for each kind of message, what could not be dealt with."""

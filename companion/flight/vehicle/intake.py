@@ -47,6 +47,7 @@ _ESSENTIAL = STATE_MESSAGES | {
     MessageId.COMMAND_ACK,
     MessageId.TIMESYNC,
     MessageId.EKF_STATUS_REPORT,
+    MessageId.ESTIMATOR_STATUS,
     MessageId.EXTENDED_SYS_STATE,
     MessageId.STATUSTEXT,
     MessageId.CURRENT_MODE,

@@ -13,6 +13,8 @@ LANDED_ON_GROUND = 1
 LANDED_IN_AIR = 2
 LANDED_TAKEOFF = 3
 LANDED_TAKING_OFF = 3
+_PLACES = 0x08 | 0x10
+"""ESTIMATOR_POS_HORIZ_REL and _ABS: https://mavlink.io/en/messages/common.html."""
 _KEPT_TEXTS = 50
 _CHUNK = 50
 _LONGEST_TEXT = 1000
@@ -22,11 +24,14 @@ REPORT_IDS = frozenset(
         MessageId.CURRENT_MODE,
         MessageId.SYS_STATUS,
         MessageId.EKF_STATUS_REPORT,
+        MessageId.ESTIMATOR_STATUS,
         MessageId.EXTENDED_SYS_STATE,
         MessageId.STATUSTEXT,
     )
 )
 """Messages that `Reports.take` reads."""
+
+_ESTIMATES = (MessageId.EKF_STATUS_REPORT, MessageId.ESTIMATOR_STATUS)
 
 
 @dataclass(slots=True)
@@ -44,7 +49,9 @@ class Reports:
     sensors_of_mode: bool = False
     """That SYS_STATUS came after the present mode was first reported."""
     estimator_flags: int | None = None
-    """Of the newest EKF_STATUS_REPORT."""
+    """Of the newest EKF_STATUS_REPORT or ESTIMATOR_STATUS, whose flags are the same."""
+    knew_position: bool = False
+    """Those have said that the estimator has a horizontal position."""
     battery_remaining: float = math.nan
     texts: list[str] = field(default_factory=list)
     """STATUSTEXTs, oldest first."""
@@ -76,8 +83,9 @@ class Reports:
             self.sensors_of_mode = self.custom_mode is not None
             if message.battery_remaining >= 0:
                 self.battery_remaining = message.battery_remaining / 100.0
-        elif frame.message_id == MessageId.EKF_STATUS_REPORT:
+        elif frame.message_id in _ESTIMATES:
             self.estimator_flags = int(message.flags)
+            self.knew_position = self.knew_position or bool(self.estimator_flags & _PLACES)
         elif frame.message_id == MessageId.EXTENDED_SYS_STATE:
             self.landed_state = int(message.landed_state)
         elif frame.message_id == MessageId.STATUSTEXT:
@@ -92,6 +100,13 @@ class Reports:
         self.sensors = None
         self.sensors_of_mode = False
         self.estimator_flags = None
+        self.knew_position = False
+
+    @property
+    def position_lost(self) -> bool:
+        """True if the estimator says that it has no horizontal position any more."""
+        flags = self.estimator_flags
+        return self.knew_position and flags is not None and not flags & _PLACES
 
     def _take_mode(self, custom_mode: int) -> None:
         if custom_mode != self.custom_mode:

@@ -29,6 +29,7 @@ class Samples:
         "count",
         "frozen_after_s",
         "in_air",
+        "lost",
         "newest",
         "on_sample",
         "rejected",
@@ -49,6 +50,9 @@ class Samples:
         """Position and velocity that have not changed for longer are frozen, in the air."""
         self.in_air: Callable[[], bool] = lambda: False
         """Whether the vehicle says that it flies; on the ground an estimate may stand still."""
+        self.lost: Callable[[], bool] = lambda: False
+        """Whether the estimator says that it has lost its position: what it goes on to tell is
+        reckoned, and drifts."""
         self._changed_s = -math.inf
         """Stamp of the sample at which position or velocity changed last."""
         self._reader = StateReader()
@@ -91,9 +95,14 @@ class Samples:
             return
         newest = self.newest
         behind_s = 0.0 if newest is None else newest.time_s - sample.time_s
-        if self._frozen(sample):
+        unusable = ""
+        if self.lost():
+            unusable = "the autopilot's estimator says that it has lost its position"
+        elif self._frozen(sample):
+            unusable = "position and velocity are frozen while their stamps go on"
+        if unusable:
             self.rejected += 1
-            self.rejected_because = "position and velocity are frozen while their stamps go on"
+            self.rejected_because = unusable
             return
         self.rejected_because = ""
         self.count += 1

@@ -61,6 +61,8 @@ class Px4:
         Stream(MessageId.CURRENT_MODE, 0.100, required=False),
         Stream(MessageId.SYS_STATUS, 0.200, required=True),
         Stream(MessageId.EXTENDED_SYS_STATE, 0.200, required=True),
+        # ODOMETRY goes on, by dead reckoning, when the position is lost: this tells.
+        Stream(MessageId.ESTIMATOR_STATUS, 0.100, required=False),
         Stream(MessageId.ATTITUDE_TARGET, 0.100, required=False),
         Stream(MessageId.BATTERY_STATUS, 1.000, required=False),
     )
