@@ -107,7 +107,7 @@ def plan(grid: Grid, plants: Path) -> dict[Place, list[FlightTask]]:
                 sensors=grid.sensors,
                 airborne=not grid.whole,
                 shim_vehicle=None if paths[p.name] is None else str(paths[p.name]),
-                packet_loss=p.packet_loss,
+                faults=p.faults,
             )
             for trajectory in grid.trajectories
             for seed in grid.seeds

@@ -16,7 +16,7 @@ from companion.flight.embedded_shim import embedded_shim
 from companion.flight.shim_process import ShimOptions
 
 _DIGEST_LETTERS = 10
-_NAMED_FILES = {"controller", "vehicle", "trajectory", "wind"}
+_NAMED_FILES = {"controller", "vehicle", "trajectory", "wind", "faults"}
 """Keys of a mission that name a file: its content decides, not its name."""
 _NO_INFLUENCE = {"experiments", "report", "theory", "identification", "recording", "config"}
 """Rooms of the companion whose code decides nothing of a simulated flight, but for the files
@@ -26,7 +26,6 @@ _DECIDING = (
     "experiments/flight_table.py",
     "experiments/fly_task.py",
     "experiments/memory_log.py",
-    "experiments/packet_loss.py",
     "frames.py",
     "lockstep.py",
     "report/flight_data.py",
@@ -56,8 +55,8 @@ class FlightTask:
     """Begin in the air at the trajectory's first point, and end when tracking is over."""
     shim_vehicle: str | None = None
     """Path of another plant file."""
-    packet_loss: float = 0.0
-    """Share of the link's packets that is lost, each way."""
+    faults: str | None = None
+    """What goes wrong on purpose: name or path of a file, or YAML that begins with a brace."""
 
     @property
     def key(self) -> str:
@@ -96,6 +95,8 @@ def load_task(task: FlightTask) -> LoadedTask:
         "seed": task.seed,
         "vehicle": task.vehicle,
     }
+    if task.faults is not None:
+        overrides["faults"] = task.faults
     config = load_flight(None, overrides, settings)
     shim = embedded_shim(config)
     if task.shim_vehicle is not None:
@@ -127,7 +128,7 @@ def _key(task: FlightTask, loaded: LoadedTask) -> str:
         "plant": shim.vehicle if task.shim_vehicle is None else _file_digest(shim.vehicle),
         "sensors": _content(task.sensors),
         "airborne": task.airborne,
-        "packet_loss": task.packet_loss,
+        "faults": _faults(shim.faults),
     }
     text = json.dumps(decides, sort_keys=True, ensure_ascii=True)
     digest = hashlib.sha256(text.encode()).hexdigest()[:_DIGEST_LETTERS]
@@ -148,6 +149,11 @@ def _content(name_or_path: str | None) -> str | None:
     if name_or_path is None or not name_or_path.endswith((".yaml", ".yml")):
         return name_or_path
     return _file_digest(name_or_path)
+
+
+def _faults(told: str | None) -> str | None:
+    """Faults themselves as they are; of a file its content."""
+    return told if told is None or told.startswith("{") else _file_digest(told)
 
 
 def _file_digest(path: str | Path) -> str:

@@ -12,7 +12,6 @@ from companion.experiments.flight_table import (
 )
 from companion.experiments.flight_task import FlightTask, LoadedTask, load_task
 from companion.experiments.memory_log import MemoryLog
-from companion.experiments.packet_loss import lossy_taps
 from companion.flight.assemble import infeasibilities, make_trajectory
 from companion.flight.conduct import Outcome
 from companion.flight.observer import SilentObserver
@@ -42,9 +41,7 @@ def fly_task(task: FlightTask) -> FlightTable:
     if problems:
         return _unflown(task, "\n".join(problems))
     log = MemoryLog()
-    outcome = fly_loaded(
-        loaded, trajectory, log, airborne=task.airborne, packet_loss=task.packet_loss
-    )
+    outcome = fly_loaded(loaded, trajectory, log, airborne=task.airborne)
     if outcome.scored_s is None:
         return _unflown(task, outcome.note, outcome.outcome)
     data = log.data()
@@ -84,7 +81,6 @@ def fly_loaded(
     log: MemoryLog,
     *,
     airborne: bool,
-    packet_loss: float = 0.0,
 ) -> Outcome:
     """Fly any trajectory with a task's controller, vehicle and weather.
 
@@ -92,17 +88,12 @@ def fly_loaded(
         ConfigError: the controller's gains are not ones that its laws are made for.
         ShimRefusedError: the shim can't simulate it.
     """
-    from_shim, to_shim = None, None
-    if packet_loss > 0.0:
-        from_shim, to_shim = lossy_taps(packet_loss, loaded.shim.seed)
     return fly_in_lockstep(
         loaded.config,
         trajectory,
         cast("FlightLog", log),  # all that a flight asks of one is what a MemoryLog has
         SilentObserver(),
         loaded.shim,
-        from_shim=from_shim,
-        to_shim=to_shim,
         airborne=airborne,
     )
 

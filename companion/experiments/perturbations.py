@@ -22,8 +22,8 @@ class Perturbation:
     """For a person."""
     changes: tuple[Change, ...] = ()
     """Of the plant file."""
-    packet_loss: float = 0.0
-    """Share of the link's packets that is lost, each way."""
+    faults: str | None = None
+    """What the link does, as a task has it."""
     bearable: float = _MILD
     """How many times its nominal error a robust controller may have."""
 
@@ -54,7 +54,7 @@ PERTURBATIONS = {
         Perturbation("thrust-15", "thrust − 15 %", _thrust(0.85)),
         Perturbation("dragx2", "drag × 2", _drag(2.0)),
         Perturbation("delay+20ms", "delay + 20 ms", (delayed(0.020),)),
-        Perturbation("loss10", "10 % of packets lost", packet_loss=0.1),
+        Perturbation("loss10", "10 % of packets lost", faults="{link: [{loss: 0.1}]}"),
         Perturbation("lag+50", "attitude lag + 50 %", (attitude_lag(1.5),), bearable=_HARD),
         Perturbation("slow+50", "attitude 50 % slower", (slower_attitude(1.5),), bearable=_HARD),
         Perturbation("delay+40ms", "delay + 40 ms", (delayed(0.040),), bearable=_HARD),

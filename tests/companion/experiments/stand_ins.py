@@ -62,7 +62,7 @@ def keep_made_up(job: Job):
     (attempt / job.key).touch(exist_ok=False)
     task = job.task
     lost = task.wind == "fan" and task.controller == "pid-l1"
-    perturbed = task.shim_vehicle is not None or task.packet_loss > 0.0
+    perturbed = task.shim_vehicle is not None or task.faults is not None
     error = math.inf if lost else 0.01 * task.seed * (3.0 if perturbed else 1.0)
     table = table_of(
         task,

@@ -66,7 +66,8 @@ def test_every_field_of_a_task_changes_its_key(tmp_path):
         replace(TASK, settings=(("vehicle.hover_thrust", "0.45"),)),
         replace(TASK, sensors="exact"),
         replace(TASK, airborne=False),
-        replace(TASK, packet_loss=0.1),
+        replace(TASK, faults="bad-link"),
+        replace(TASK, faults="{link: [{loss: 0.1}]}"),
         replace(TASK, shim_vehicle=str(plant)),
     ]
 
@@ -90,10 +91,11 @@ def test_a_key_follows_a_files_content_and_not_its_place(tmp_path):
     assert replace(TASK, controller=str(path)).key != keys[0]
 
 
-@pytest.mark.parametrize("field", ["wind", "trajectory", "shim_vehicle", "sensors"])
+@pytest.mark.parametrize("field", ["wind", "faults", "trajectory", "shim_vehicle", "sensors"])
 def test_a_key_follows_the_content_of_the_other_files(tmp_path, field):
     shipped = {
         "wind": configs_folder() / "scenarios" / "gusts.yaml",
+        "faults": configs_folder() / "faults" / "bad-link.yaml",
         "trajectory": configs_folder() / "trajectories" / "slalom.csv",
         "shim_vehicle": configs_folder() / "vehicles" / "bebop2.yaml",
         "sensors": Path("sitl_shim/sensors/profiles/exact.yaml"),

@@ -1,6 +1,7 @@
 """Each perturbation is what its name says: measured through MAVLink, or on the plant."""
 
 import math
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -8,6 +9,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+import yaml
 from scipy.optimize import least_squares
 
 from companion.experiments import fly_task as flying
@@ -25,6 +27,8 @@ from tests.sitl_shim.autopilot.copter_client import CopterClient, tilted
 from tests.sitl_shim.mavlink.shim_client import OFFBOARD, ShimClient
 
 _ATTITUDE, _ODOMETRY, _ATTITUDE_TARGET = 30, 331, 83
+_SEQUENCE = 4
+"""Place of the packet's number in a MAVLink 2 packet."""
 _STEP_DEG = 5.0
 _FITTED_S = 0.8
 _PX4 = ("bebop2", "x500", "sih_quadx")
@@ -221,50 +225,52 @@ def test_the_combination_lags_by_a_quarter():
     assert combined[0] / nominal[0] == pytest.approx(1.25, rel=0.03)
 
 
-class _Counter:
-    """Stands behind a tap and counts what it loses."""
+class _Listener:
+    """Hears what arrives, and knows by the packets' numbers what did not."""
 
-    def __init__(self, tap):
-        self.tap, self.lost, self.truths = tap, [], 0
+    def __init__(self):
+        self.lost = {"truth": [], "telemetry": []}
+        self._numbers = {}
 
     def __call__(self, data):
-        arriving = self.tap(data)
-        if is_truth_packet(data):
-            assert arriving == data
-            self.truths += 1
-        else:
-            self.lost.append(not arriving)
-        return arriving
+        kind, number = "truth" if is_truth_packet(data) else "telemetry", data[_SEQUENCE]
+        if kind in self._numbers:
+            self.lost[kind] += [True] * ((number - self._numbers[kind] - 1) & 0xFF)
+        self.lost[kind].append(False)
+        self._numbers[kind] = number
+        return data
 
 
-def test_a_tenth_of_the_packets_is_lost_each_way_by_chance_and_the_same_ones_each_time(
+def test_a_tenth_of_the_packets_is_lost_by_chance_and_the_same_ones_each_time(
     tmp_path, monkeypatch
 ):
     path = tmp_path / "short.csv"
     path.write_text(SHORT)
-    counters = []
+    listeners = []
 
-    def counting(*arguments, from_shim, to_shim, **options):
-        pair = (_Counter(from_shim), _Counter(to_shim))
-        counters.append(pair)
-        return fly_in_lockstep(*arguments, from_shim=pair[0], to_shim=pair[1], **options)
+    def listening(*arguments, **options):
+        listeners.append(_Listener())
+        return fly_in_lockstep(*arguments, from_shim=listeners[-1], **options)
 
-    monkeypatch.setattr(flying, "fly_in_lockstep", counting)
-    share = PERTURBATIONS["loss10"].packet_loss
-    task = FlightTask("mpc-l1", str(path), settings=(("hover_s", "0.5"),), packet_loss=share)
+    monkeypatch.setattr(flying, "fly_in_lockstep", listening)
+    faults = PERTURBATIONS["loss10"].faults
+    assert yaml.safe_load(faults) == {"link": [{"loss": 0.1}]}  # both ways, all the time
+    task = FlightTask("mpc-l1", str(path), settings=(("hover_s", "0.5"),))
 
-    first, second = fly_task(task), fly_task(task)
+    whole = fly_task(task)
+    first, second = (fly_task(replace(task, faults=faults)) for _ in range(2))
 
     assert first.outcome == "tracked"
-    assert first.mean_error_m == second.mean_error_m
-    for way, again in zip(*counters, strict=True):
-        count = len(way.lost)
-        deviation = math.sqrt(share * (1.0 - share) / count)
-        assert count > 400
-        assert abs(np.mean(way.lost) - share) < 3.0 * deviation
-        # By chance: a lost packet says nothing of the next one.
-        pairs = np.mean([a and b for a, b in pairwise(way.lost)])
-        assert abs(pairs - share**2) < 3.0 * math.sqrt(share**2 / count)
-        assert way.lost == again.lost
-    assert counters[0][0].truths > 500
-    assert counters[0][0].lost[:400] != counters[0][1].lost[:400]
+    assert first.mean_error_m == second.mean_error_m != whole.mean_error_m
+    sound, hurt, again = (listener.lost for listener in listeners)
+    assert not any(sound["telemetry"])
+    assert hurt == again
+    assert len(hurt["truth"]) > 500
+    assert not any(hurt["truth"])
+    lost = hurt["telemetry"]
+    count = len(lost)
+    assert count > 400
+    assert abs(np.mean(lost) - 0.1) < 3.0 * math.sqrt(0.1 * 0.9 / count)
+    # By chance: a lost packet says nothing of the next one.
+    pairs = np.mean([a and b for a, b in pairwise(lost)])
+    assert abs(pairs - 0.01) < 3.0 * math.sqrt(0.01 / count)
