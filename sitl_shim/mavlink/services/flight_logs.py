@@ -7,6 +7,7 @@ from functools import partial
 from sitl_shim.mavlink.services import dataflash, ulog
 from sitl_shim.mavlink.services.file_tree import ListedFile
 from sitl_shim.mavlink.services.flight_record import Record, record_of
+from sitl_shim.mavlink.services.log_bytes import LogBytes
 from sitl_shim.simulation import Simulation
 
 _PERIOD_US = 100_000
@@ -41,7 +42,7 @@ class FlightLog:
     path: str
     time_utc_s: int
     """When it was begun, Unix time."""
-    content: bytearray = field(default_factory=bytearray)
+    content: LogBytes = field(default_factory=LogBytes)
 
 
 def _px4_path(number: int, start_s: int) -> str:
@@ -85,7 +86,7 @@ class FlightLogs:
             text = self._begin(now_us)
         content = self.logs[-1].content
         if len(content) < _MOST_BYTES:
-            content += self.format.row(record_of(self._sim))
+            content.append(self.format.row(record_of(self._sim)))
         return text
 
     def erase(self) -> None:
@@ -95,7 +96,8 @@ class FlightLogs:
     def files(self) -> dict[str, ListedFile]:
         """The logs by path."""
         return {
-            log.path: ListedFile(len(log.content), partial(bytes, log.content)) for log in self.logs
+            log.path: ListedFile(len(log.content), partial(log.content.read, 0, len(log.content)))
+            for log in self.logs
         }
 
     def _begin(self, now_us: int) -> str | None:
@@ -105,6 +107,6 @@ class FlightLogs:
         log = FlightLog(
             self.format.first_id + len(self.logs), path, _EPOCH_UNIX_S + now_us // 10**6
         )
-        log.content += self.format.header(now_us)
+        log.content.append(self.format.header(now_us))
         self.logs.append(log)
         return self.format.opening_text.format(path=path) or None

@@ -101,7 +101,7 @@ class Logs:
                 del self._downloads[link]
                 return
             stop = min(download.end, download.offset + _PIECE_BYTES)
-            data = bytes(download.log.content[download.offset : stop])
+            data = download.log.content.read(download.offset, stop)
             piece = dialect.MAVLink_log_data_message(
                 download.log.id, download.offset, len(data), data.ljust(_PIECE_BYTES, b"\0")
             )
