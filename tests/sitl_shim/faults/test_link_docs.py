@@ -17,7 +17,7 @@ def test_an_example_is_a_file_of_faults(block: str, tmp_path: Path) -> None:
     path = tmp_path / "example.yaml"
     path.write_text(block, encoding="utf-8")
     faults = load_faults(path)
-    assert faults.link or faults.vehicle
+    assert faults.link or faults.vehicle or faults.parameters
 
 
 def test_the_example_of_a_mission_holds_faults() -> None:
