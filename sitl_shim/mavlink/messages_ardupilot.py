@@ -169,7 +169,8 @@ def raw_imu(sim: Simulation) -> Message:
 def servo_output_raw(sim: Simulation) -> Message:
     """SERVO_OUTPUT_RAW (36): 1000 disarmed, to 2000; outputs without a function are 0."""
     rotors = [round(1000.0 + 1000.0 * signal) for signal in sim.autopilot.rotor_commands]
-    return dialect.MAVLink_servo_output_raw_message(sim.stamp_us, 0, *rotors, *([0] * 12))
+    stamp_us = sim.stamp_us & 0xFFFFFFFF  # has no more bits
+    return dialect.MAVLink_servo_output_raw_message(stamp_us, 0, *rotors, *([0] * 12))
 
 
 def vfr_hud(sim: Simulation) -> Message:

@@ -225,7 +225,9 @@ def servo_output_raw(sim: Simulation) -> Message:
         rotors = [round(1000.0 + 1000.0 * signal) for signal in sim.autopilot.rotor_commands]
     else:
         rotors = [low] * 4
-    return dialect.MAVLink_servo_output_raw_message(sim.stamp_us, 0, *rotors, *([low] * 12))
+    # This stamp alone has 32 bits for its microseconds: it goes round after 71 minutes.
+    stamp_us = sim.stamp_us & 0xFFFFFFFF
+    return dialect.MAVLink_servo_output_raw_message(stamp_us, 0, *rotors, *([low] * 12))
 
 
 def _height_above_home_m(sim: Simulation) -> float:
