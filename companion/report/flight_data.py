@@ -96,7 +96,7 @@ def read_flight(folder: Path) -> FlightData:
 
     Raises:
         OSError: a file cannot be read.
-        ValueError: the packets' file is no tlog.
+        ValueError: the packets' file is no tlog, or the records are not those of a flight.
         mcap.exceptions.McapError: the records' file is no MCAP file.
     """
     path = folder / MCAP_NAME
@@ -109,7 +109,14 @@ def read_flight(folder: Path) -> FlightData:
         elif record.topic == "plan":
             plans.append(record.values)
     packets = (record.raw for record in read_tlog(folder / TLOG_NAME))
-    return FlightData(ticks_from_records(control, plans), truth_from_packets(packets))
+    try:
+        ticks = ticks_from_records(control, plans)
+    except (KeyError, TypeError, OverflowError) as error:
+        raise ValueError(
+            f"{path}: its records are not those of a flight of this version "
+            f"({type(error).__name__}: {error})"
+        ) from error
+    return FlightData(ticks, truth_from_packets(packets))
 
 
 def ticks_from_records(

@@ -51,7 +51,7 @@ def read_identification(folder: Path) -> IdentificationLog:
             kept[CONTROL.topic], kept[THRUST_REPORT.topic], kept[EXPERIMENT.topic]
         )
         vehicle = VehicleConfig.model_validate(kept[EXPERIMENT.topic][-1]["vehicle"])
-    except (KeyError, ValueError, ValidationError) as error:
+    except (LookupError, TypeError, ValueError, ArithmeticError, ValidationError) as error:
         raise UnidentifiedError(
             f"{path}: its records are not those of an identification flight ({error}). Fly it "
             "again with this release."

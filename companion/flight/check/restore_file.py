@@ -89,7 +89,7 @@ def read_restore_file(path: Path) -> RestoreList:
         raise RestoreFileError(
             f"{path} cannot be read: {error.strerror or error}. Check the path."
         ) from error
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, LookupError, TypeError, ArithmeticError, RecursionError) as error:
         raise RestoreFileError(
             f"{path} is no list of parameters to restore ({type(error).__name__}: {error}). Give "
             f"the {RESTORE_NAME} of a flight's folder."

@@ -100,10 +100,16 @@ def read_flight(folder: Path) -> RecordedFlight:
     """
     folder = folder.parent if folder.suffix in (".mcap", ".tlog") else folder
     records = _records(folder / MCAP_NAME)
-    config, text, made_by = _configuration(folder / MCAP_NAME, records)
     packets = _packets(folder / TLOG_NAME)
     sent = [s for packet in packets if packet.sent for s in _setpoints(packet)]
-    steps, missing = _steps(records, sent)
+    try:
+        config, text, made_by = _configuration(folder / MCAP_NAME, records)
+        steps, missing = _steps(records, sent)
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+        raise ReplayError(
+            f"{folder / MCAP_NAME}: its records are not those of a flight of this version "
+            f"({type(error).__name__}: {error}). Replay it with the version that flew it."
+        ) from error
     framer = Framer()
     received = [f for packet in packets if not packet.sent for f in framer.feed(packet.raw)]
     return RecordedFlight(config, text, made_by, steps, tuple(received), missing)
