@@ -59,8 +59,14 @@ def fly_in_real_time(
         MocapError: the motion capture's poses can't be listened for.
         ShimRefusedError: the embedded shim can't simulate what it was asked for.
     """
-    with asyncio.Runner() as runner:
+    runner = asyncio.Runner()
+    try:
         return runner.run(_fly(config, trajectory, log, observer, shim, signing_key, experiment))
+    finally:
+        # It starts a thread to end others, which takes memory that there may not be; the flight is
+        # over and has a result all the same.
+        with contextlib.suppress(RuntimeError, MemoryError):
+            runner.close()
 
 
 def _signing(config: FlightConfig, key: bytes | None) -> Signing | None:

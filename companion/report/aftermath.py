@@ -12,6 +12,9 @@ from companion.report.metrics import tracking_figures
 from companion.report.recovery import GOOD, event_object
 from companion.report.result import result_object, write_result
 
+_TROUBLES = (OSError, ValueError, McapError, MemoryError, ImportError, RuntimeError)
+"""Without memory a library can't be loaded, or a thread not be started."""
+
 
 def score_and_draw(
     config: FlightConfig, outcome: Outcome, folder: Path, wall_s: float
@@ -20,7 +23,8 @@ def score_and_draw(
 
     A flight during which a scenario's event happened gets `recovery.png` as well.
 
-    Whatever is wrong with the files (a full disk, say), the flight was flown and has a result.
+    Whatever is wrong with the files (a full disk, say), or missing to draw them (memory), the
+    flight was flown and has a result.
 
     Args:
         config: mission, vehicle, controller.
@@ -41,7 +45,7 @@ def score_and_draw(
             lost = outcome.outcome not in GOOD
             happened = event_object(data, outcome.scored_s, lost=lost)
             _draw(config, data, outcome.scored_s, folder, lost=lost)
-        except (OSError, ValueError, McapError) as error:
+        except _TROUBLES as error:
             trouble = error
     result = result_object(
         config.mission, outcome, figures, wall_s=wall_s, log_dir=folder.resolve(), event=happened
@@ -50,7 +54,7 @@ def score_and_draw(
         write_result(folder, result)
     except OSError as error:
         trouble = error
-    return result, None if trouble is None else str(trouble)
+    return result, None if trouble is None else str(trouble) or type(trouble).__name__
 
 
 def _draw(
