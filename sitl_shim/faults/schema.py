@@ -14,7 +14,8 @@ _PACKAGE = Path(__file__).parents[1]
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Triple = tuple[float, float, float]
+Step = Annotated[float, Field(ge=-1e5, le=1e5)]
+Triple = tuple[Step, Step, Step]
 Flavour = Literal["px4", "ardupilot"]
 
 
@@ -75,7 +76,7 @@ class EstimatorReset(Timed):
     fault: Literal["estimator_reset"]
     position_enu_m: Triple = (0.0, 0.0, 0.0)
     velocity_enu_m_s: Triple = (0.0, 0.0, 0.0)
-    yaw_deg: float = 0.0
+    yaw_deg: Step = 0.0
     """Counter-clockwise."""
     announced: bool = True
     """False: the counter stays, and the step looks like motion."""
@@ -101,7 +102,7 @@ class ClockJump(Timed):
     """The autopilot's clock jumps, and all its stamps and its TIMESYNC with it."""
 
     fault: Literal["clock_jump"]
-    by_s: float
+    by_s: Annotated[float, Field(ge=-1e9, le=1e9)]
 
 
 class Reboot(Timed):

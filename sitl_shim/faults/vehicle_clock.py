@@ -1,5 +1,8 @@
 """The autopilot's clock: it begins anew with each boot, and its stamps can jump."""
 
+_MOST_US = 8 * 10**15
+"""TIMESYNC holds its nanoseconds in 63 bits."""
+
 
 class BootClock:
     """What the autopilot's clock shows at a simulated time."""
@@ -14,13 +17,13 @@ class BootClock:
         self._pieces: list[tuple[int, int]] = [(0, 0)]
 
     def jump(self, by_us: int, now_us: int) -> None:
-        """All stamps jump; a clock never shows less than 0.
+        """All stamps jump; a clock never shows less than 0, nor more than TIMESYNC can say.
 
         Args:
             by_us: forward.
             now_us: simulated time.
         """
-        self.jump_us = max(self.jump_us + by_us, self.boot_us - now_us)
+        self.jump_us = min(_MOST_US, max(self.jump_us + by_us, self.boot_us - now_us))
         self._pieces.append((now_us, self.jump_us - self.boot_us))
 
     def reboot(self, now_us: int) -> None:

@@ -38,7 +38,7 @@ def timesync(sim: Simulation) -> Message:
 
 def ping(sim: Simulation) -> Message:
     """PING (4): the autopilot's own question to everybody."""
-    return dialect.MAVLink_ping_message(sim.stamp_us, sim.stamp_us // 1_000_000, 0, 0)
+    return dialect.MAVLink_ping_message(sim.stamp_us, sim.time_us // 1_000_000, 0, 0)
 
 
 BUILDERS: dict[int, Builder] = {

@@ -152,3 +152,11 @@ def test_every_link_begins_anew_and_none_is_lost():
         assert len(after) == 1
     assert client.simulation.elapsed_us == 3_000_000
     assert client.simulation.time_us == 2_000_000
+
+
+def test_jumps_of_any_size_that_a_file_can_hold_leave_stamps_that_messages_can_hold():
+    jumps = [{"fault": "clock_jump", "at_s": 0.6 + 0.1 * i, "by_s": 1e9} for i in range(12)]
+    client = px4(*jumps)
+    client.run_until(2.0)
+    assert client.last("TIMESYNC").ts1 > 7.9e18
+    assert client.last("ODOMETRY").time_usec > 7.9e15
