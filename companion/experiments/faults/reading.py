@@ -1,5 +1,6 @@
 """Evidence from a flight's folder: one pass over the packets, one over the records."""
 
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,7 +28,7 @@ _ENGAGED = "engage"
 _TRACKED = "track"
 _LONGEST_DELAY_S = 1.0
 _TOLD_WITHIN_S = 5.0
-_SAMPLES_WITHIN_S = 0.05
+_CLOCK_JUMPS_S = 0.5
 
 
 @dataclass(slots=True)
@@ -137,19 +138,41 @@ def _sent(wire: WireLog) -> Sent:
 
 
 def _begun(wire: WireLog) -> tuple[Begun, ...]:
-    """Each event at the time of the last sample of the truth that is not younger.
+    """Each event at the time of the last sample of the truth before it.
 
-    It is told later, again and again, with the stamp of the moment at which it happened.
+    It is told later, again and again, with the stamp of the moment at which it happened.  After
+    the autopilot's clock has jumped, or begun anew, that is of the new clock.
     """
-    stamps = np.array(wire.truth_stamps_s)
-    times = np.array(wire.truth_times_s)
-    found = []
-    for arrival_s, event in wire.events:
-        recent = (times <= arrival_s) & (times > arrival_s - _TOLD_WITHIN_S)
-        just_before = (stamps <= event.time_s) & (stamps > event.time_s - _SAMPLES_WITHIN_S)
-        at = times[recent & just_before]
-        found.append(Begun(float(at[-1]) if len(at) else arrival_s, event.name, event.value))
+    found = [
+        Begun(
+            _moment_s(wire.truth_times_s, wire.truth_stamps_s, arrival_s, event.time_s),
+            event.name,
+            event.value,
+        )
+        for arrival_s, event in wire.events
+    ]
     return tuple(sorted(found, key=lambda begun: (begun.time_s, begun.name, begun.value)))
+
+
+def _moment_s(
+    times_s: Sequence[float], stamps_s: Sequence[float], arrival_s: float, stamp_s: float
+) -> float:
+    """When something with a stamp happened, by the companion's clock.
+
+    Args:
+        times_s: when samples of the truth arrived.
+        stamps_s: the autopilot's time in them.
+        arrival_s: when it was first told.
+        stamp_s: the autopilot's time that it was told with.
+    """
+    for index in range(bisect_right(times_s, arrival_s) - 1, -1, -1):
+        if times_s[index] < arrival_s - _TOLD_WITHIN_S:
+            break
+        if stamps_s[index] <= stamp_s:
+            return times_s[index]
+        if index and not 0.0 <= stamps_s[index] - stamps_s[index - 1] < _CLOCK_JUMPS_S:
+            return times_s[index - 1]
+    return arrival_s
 
 
 def _tracked(records: _Records, wire: WireLog) -> Tracked:
