@@ -4,7 +4,7 @@ import gc
 import sys
 import tempfile
 import tracemalloc
-from collections import Counter
+from collections import Counter, deque
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,7 @@ _INTERVAL_S = 10.0
 _FEWEST_PER_MINUTE = 5.0
 _LONGEST_LIST = 25
 _OURS = ("companion", "sitl_shim")
+_HOLDERS = (list, dict, set, deque)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,28 +28,33 @@ class Census:
     """All objects that are alive at a moment, as far as the collector knows them."""
 
     time_s: float
-    by_type: Counter[str]
+    by_type: Counter[type]
     items: int
     """In all lists, dicts, sets and deques together."""
     blocks: int
     """Of memory, of Python's allocator."""
 
     @property
+    def objects(self) -> int:
+        """All of them."""
+        return self.by_type.total()
+
+    @property
     def ours(self) -> int:
         """Objects of the project's own classes."""
-        return sum(n for name, n in self.by_type.items() if name.startswith(_OURS))
+        return sum(n for kind, n in self.by_type.items() if kind.__module__.startswith(_OURS))
 
 
 def census(time_s: float) -> Census:
     """Count; garbage is collected first."""
     gc.collect()
     blocks = sys.getallocatedblocks()
-    by_type: Counter[str] = Counter()
+    by_type: Counter[type] = Counter()
     items = 0
     for thing in gc.get_objects():
         kind = type(thing)
-        by_type[f"{kind.__module__}.{kind.__qualname__}"] += 1
-        if hasattr(kind, "__len__") and kind.__module__ in ("builtins", "collections"):
+        by_type[kind] += 1
+        if kind in _HOLDERS:
             items += len(thing)
     return Census(time_s, by_type, items, blocks)
 
@@ -95,8 +101,8 @@ def listed(autopilot: str, controller: str | None, faults: str | None, minutes: 
 def _types(before: Census, after: Census, flown_min: float) -> list[str]:
     grown = after.by_type - before.by_type
     return [
-        f"{count / flown_min:+10.1f} a minute  {name}"
-        for name, count in grown.most_common(_LONGEST_LIST)
+        f"{count / flown_min:+10.1f} a minute  {kind.__module__}.{kind.__qualname__}"
+        for kind, count in grown.most_common(_LONGEST_LIST)
         if count / flown_min >= _FEWEST_PER_MINUTE
     ]
 
