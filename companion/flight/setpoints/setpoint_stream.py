@@ -50,6 +50,8 @@ _CLOCK_ERROR_S = 0.5
 """A sample from further ahead than this is no error of our estimate: its clock has jumped."""
 _EXACT_DIGITS = 6
 """What the control loop is given is rounded to whole microseconds: the log keeps that exactly."""
+_MOST_CHANGES = 200
+"""Kept for the result; the log has all of them."""
 LONGEST_PAUSE_S = 0.5
 """By the autopilot's clock; half of the second after which PX4's failsafe acts by default."""
 
@@ -79,7 +81,7 @@ class SetpointStream:
         self.plans_at_r_max = 0
         """Plans at which the bound on the second difference of r was active."""
         self.changes: list[Change] = []
-        """Hand-overs between controllers, and what the monitor warned of."""
+        """The first hand-overs between controllers, and what the monitor warned of."""
         self._worst = NO_GAUGES
         self._connection = connection
         self._log = log
@@ -329,7 +331,8 @@ class SetpointStream:
         """Tell who flies now, and why."""
         self._worst = self._worst.largest(watch.gauges)
         for change in watch.changes:
-            self.changes.append(change)
+            if len(self.changes) < _MOST_CHANGES:
+                self.changes.append(change)
             if change.cause == "switch" and change.handed_over:
                 self._voice.phase("switch", change.text)
             else:
