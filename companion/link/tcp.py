@@ -24,6 +24,8 @@ _WATCH_S = 0.25
 _MOST_STRANGERS = 4
 _INTRODUCTION_BYTES = 8192
 """So much of a stranger's words is looked through for a vehicle's heartbeat."""
+_MOST_WORDS = 64
+"""So often: who says his heartbeat byte by byte is still understood."""
 
 
 class _TcpLink:
@@ -162,6 +164,8 @@ class TcpInLink(_TcpLink):
         self._server: asyncio.Server | None = None
         self._strangers: dict[TcpStream, bytes] = {}
         """Callers who have not yet shown who they are, and what they have said."""
+        self._words: dict[TcpStream, int] = {}
+        """How often they have said something."""
 
     @property
     def description(self) -> str:
@@ -220,13 +224,15 @@ class TcpInLink(_TcpLink):
         if stream not in self._strangers:
             return
         said = self._strangers[stream] + data
-        if self._accept_peer(said):
+        self._words[stream] = self._words.get(stream, 0) + 1
+        if self._accept_peer(said[:_INTRODUCTION_BYTES]):
             del self._strangers[stream]
+            self._words.clear()
             for other in list(self._strangers):
                 self._turn_away(other)
             self._begin(stream)
             self._take(stream, said, now_s)
-        elif len(said) > _INTRODUCTION_BYTES:
+        elif len(said) > _INTRODUCTION_BYTES or self._words[stream] >= _MOST_WORDS:
             self._turn_away(stream)
         else:
             self._strangers[stream] = said
@@ -234,10 +240,12 @@ class TcpInLink(_TcpLink):
     def _turn_away(self, stranger: TcpStream) -> None:
         self.counters.foreign_packets += 1
         self._strangers.pop(stranger, None)
+        self._words.pop(stranger, None)
         stranger.cut()
 
     def _lose(self, stream: TcpStream, reason: str) -> None:
         self._strangers.pop(stream, None)
+        self._words.pop(stream, None)
         self._end(stream, reason)
 
     async def _watch(self, loop: asyncio.AbstractEventLoop) -> None:

@@ -23,6 +23,9 @@ _LARGEST_GAP = 128
 """A step of the sequence beyond this is one back: a late packet, a copy, or a restart."""
 _MOST_LATE = 16
 """So many late ones in a row are none: the sender has restarted."""
+_MOST_PEERS = 256
+_MOST_VEHICLES = 32
+"""Who makes up more senders than that is not told of, and not remembered."""
 
 
 @dataclass(slots=True)
@@ -119,6 +122,8 @@ class PeerTable:
         sequence = frame.sequence
         peer = self.peers.get((frame.system_id, frame.component_id))
         if peer is None:
+            if len(self.peers) >= _MOST_PEERS and not self.is_vehicle(frame):
+                return
             key = (frame.system_id, frame.component_id)
             self.peers[key] = Peer(*key, now_s, sequence)
             return
@@ -156,7 +161,9 @@ class PeerTable:
         if better:
             self.vehicle = heard
             self.other_vehicles.pop(heard.target, None)
-        elif chosen is None or heard.target != chosen.target:
+        elif (chosen is None or heard.target != chosen.target) and (
+            heard.target in self.other_vehicles or len(self.other_vehicles) < _MOST_VEHICLES
+        ):
             self.other_vehicles[heard.target] = heard
         return heard
 

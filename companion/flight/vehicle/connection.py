@@ -47,6 +47,8 @@ _HOUSEKEEPING_S = 0.05
 _HEARTBEAT_S = 1.0
 _SILENCE_TOLD_S = 1.0
 _TEXT_IDS = 0xFFFF
+_MOST_KINDS = 500
+"""Of messages that are counted: more than any dialect's autopilot sends."""
 _NOBODY = (0, 0)
 """Whom an acknowledgement names whose sender does not say."""
 
@@ -367,7 +369,8 @@ class Connection:
             return
         self.heard_s = received_s
         self.pulse.on_message(received_s)
-        self.counts[message_id] = self.counts.get(message_id, 0) + 1
+        if message_id in self.counts or len(self.counts) < _MOST_KINDS:
+            self.counts[message_id] = self.counts.get(message_id, 0) + 1
         if message_id in STATE_MESSAGES:
             self.samples.take(frame, received_s, self.clock)
         elif message_id == MessageId.TIMESYNC:
@@ -431,6 +434,8 @@ class Connection:
         self.waiting.wake()
 
     def _trouble(self, where: str, error: Exception) -> None:
+        if where not in self._troubles and len(self._troubles) >= _MOST_KINDS:
+            return
         count = self._troubles.get(where, 0)
         self._troubles[where] = count + 1
         if count == 0 and self.on_trouble is not None:

@@ -219,3 +219,33 @@ async def test_a_closed_link_sends_nothing_and_connects_no_more():
 
         assert link.counters.unsent_packets == 1
         assert len(peer.calls) == 1
+
+
+async def test_a_stranger_who_says_much_in_small_words_is_not_heard_for_ever():
+    looked_at = []
+
+    def accept(data):
+        looked_at.append(len(data))
+        return vehicle_heartbeat_in(data)
+
+    link = tcp.TcpInLink(parse_link_url(f"tcpin://{LOOPBACK}:0"), accept)
+    await link.open()
+    try:
+        reader, writer = await asyncio.open_connection(LOOPBACK, link.local[1])
+        link_ended = asyncio.ensure_future(reader.read())
+        while not link_ended.done() and len(looked_at) < 1000:
+            writer.write(b"\xfe")
+            await asyncio.sleep(0.001)
+        assert link.counters.foreign_packets == 1
+        assert len(looked_at) <= 64
+        assert max(looked_at) <= 8192
+        link_ended.cancel()
+        writer.close()
+        _, slow = await asyncio.open_connection(LOOPBACK, link.local[1])
+        for byte in PACKET:
+            slow.write(bytes([byte]))
+            await asyncio.sleep(0)
+        await until(lambda: link.counters.connections == 1)
+        slow.close()
+    finally:
+        link.close()

@@ -173,3 +173,14 @@ def test_a_sender_that_restarts_is_counted_on():
     (peer,) = table.peers.values()
     assert peer.received == 160
     assert peer.loss < 0.02
+
+
+def test_who_makes_up_many_senders_fills_no_memory():
+    table = PeerTable()
+    for system in range(1, 256):
+        for component in (1, 2, 3, 4):
+            table.on_frame(hear(table, system, component), 0.0)
+
+    assert table.vehicle.system_id == 1
+    assert len(table.peers) <= 256
+    assert len(table.other_vehicles) <= 32
