@@ -16,6 +16,7 @@ def begin(tmp_path):
         running.append(vehicle.end)
         companion = Companion(tmp_path, vehicle, *options, **more)
         running.append(companion.clean_up)
+        vehicle.booted()
         return vehicle, companion
 
     yield begin_both

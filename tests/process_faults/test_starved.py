@@ -1,12 +1,18 @@
 """The companion gets too little: of the disk, of the processor, of memory."""
 
+import os
 import resource
+import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import pytest
 
 from tests.process_faults.harness import (
+    FAILSAFE,
+    PX4_OFFBOARD,
     TILT_LIMIT_DEG,
     assert_logs_reach,
     short_trajectory,
@@ -55,3 +61,54 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_begins(tmp_p
     assert "--out" in done.stderr
     assert "arm" not in done.stderr.split()
     assert list(folder.iterdir()) == []
+
+
+def test_a_loop_that_gets_little_of_the_processor_flies_or_hands_over(begin):
+    """A hog for each processor, and then only 40 ms of each 100."""
+    vehicle, companion = begin("px4", speed=1.0, trajectory_s=8.0)
+    companion.wait_for("s  track")
+    began_s = vehicle.clock_s
+    hogs = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"])
+        for _ in os.sched_getaffinity(companion.process.pid)
+    ]
+    try:
+        vehicle.wait(2.0)
+    finally:
+        for hog in hogs:
+            hog.kill()
+            hog.wait()
+    end = time.monotonic() + 5.0
+    while time.monotonic() < end and companion.process.poll() is None:
+        companion.process.send_signal(signal.SIGSTOP)
+        vehicle.pause(0.06)
+        companion.process.send_signal(signal.SIGCONT)
+        vehicle.pause(0.04)
+    starved_s = vehicle.clock_s
+    companion.process.send_signal(signal.SIGTERM)
+    status, result = companion.end(90.0)
+    assert (status, result["outcome"]) in [(LANDED, "landed"), (ABORTED, "aborted")]
+    if status == ABORTED:
+        assert "handing over: " in companion.told() or "handed over: " in companion.told()
+    assert result["missed_deadlines"] > 0
+    assert vehicle.worst_tilt_deg < TILT_LIMIT_DEG
+    assert (PX4_OFFBOARD, FAILSAFE) not in vehicle.modes_after(began_s)
+    if status == LANDED:
+        assert_logs_reach(companion, starved_s)
+
+
+def test_allocations_that_fail_in_flight_end_in_something_defined(begin):
+    vehicle, companion = begin("px4")
+    companion.wait_for("s  track")
+    vehicle.wait(0.5)
+    scarce_s = vehicle.clock_s
+    pages = int((Path("/proc") / str(companion.process.pid) / "statm").read_text().split()[0])
+    room = pages * resource.getpagesize()
+    resource.prlimit(companion.process.pid, resource.RLIMIT_AS, (room, room))
+    status, result = companion.end(90.0)
+    assert (status, result["outcome"]) in [(LANDED, "landed"), (ABORTED, "aborted")]
+    assert "Traceback" not in companion.told()
+    # What could not be had is told: memory to draw with, at least.
+    assert "is not complete: " in companion.told()
+    assert vehicle.worst_tilt_deg < TILT_LIMIT_DEG
+    assert_logs_reach(companion, scarce_s)
