@@ -76,8 +76,10 @@ class Row(Section):
     done: str
     seen: str
     """What the user sees."""
-    test: str
-    """The test that shows it: a path, with ``::`` and a name, or a command."""
+    after: str | None = None
+    """When it is detected, of a row that is not flown here, and whose time is not measured."""
+    test: str | None = None
+    """The test that shows it, as ``FILE::NAME``; None: `companion faults` alone does."""
 
     @model_validator(mode="after")
     def _whole(self) -> "Row":
@@ -93,6 +95,11 @@ class Row(Section):
                 key = ".".join(str(part) for part in ("differs", autopilot, *first["loc"]))
                 raise ValueError(f"{key}: {first['msg']}") from error
         return self
+
+    @property
+    def shown_by(self) -> str:
+        """What shows it, for a reader: a test, or a command."""
+        return self.test or f"companion faults --only {self.name}"
 
     def promised(self, autopilot: Flavour) -> Promise:
         """What it promises under an autopilot.

@@ -71,7 +71,7 @@ def _row(result: RowResult) -> dict[str, Any]:
         "detected": row.detected,
         "done": row.done,
         "seen": row.seen,
-        "test": row.test,
+        "test": row.shown_by,
         "flights": [_flight(flight) for flight in result.flights],
     }
 

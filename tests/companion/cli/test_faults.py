@@ -60,7 +60,7 @@ def test_the_page_needs_nothing_but_itself(tmp_path):
 
 def test_rows_of_a_process_are_shown_as_not_flown(tmp_path, capsys):
     table = tmp_path / "t.yaml"
-    sentences = "{name: kill, group: process, what: x, detected: x, done: x, seen: x, test: t.py"
+    sentences = "{name: kill, group: process, what: x, detected: x, done: x, seen: x, test: t.py::t"
     table.write_text(f"rows:\n  - {sentences}, kind: process}}\n")
     assert run(tmp_path, table=table)
     assert "run by pytest -m faults" in capsys.readouterr().out

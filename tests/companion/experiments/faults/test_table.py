@@ -1,5 +1,7 @@
 """The rows of the table: valid, each flyable, and their mistakes told."""
 
+import re
+
 import pytest
 
 from companion.config.resolve import configs_folder
@@ -20,7 +22,6 @@ rows:
     detected: x
     done: x
     seen: x
-    test: x
 """
 
 
@@ -130,3 +131,12 @@ def test_rows_are_chosen_by_name_or_by_a_part_of_it():
 def test_the_shipped_faults_are_each_in_a_row():
     shipped = {path.stem for path in (configs_folder() / "faults").glob("*.yaml")}
     assert shipped <= {row.faults for row in TABLE.rows if isinstance(row.faults, str)}
+
+
+def test_a_test_that_a_row_names_is_there():
+    for row in TABLE.rows:
+        assert (row.test is not None) or row.kind == "flight", row.name
+        if row.test is not None:
+            file, _, name = row.test.partition("::")
+            text = (configs_folder().parent / file).read_text(encoding="utf-8")
+            assert re.search(rf"def {re.escape(name.partition('[')[0])}\(", text), row.test
