@@ -51,8 +51,12 @@ def test_memory_that_grows_faster_than_its_limit_is_told():
 
 def test_what_is_too_noisy_to_tell_is_not_shown_and_does_not_pass():
     run = a_run(noise_mib=5.0)
+    fits = fitted(run)
     assert words(run)["uss_mib"] == "not shown"
-    assert not report.passed([(run, fitted(run))])
+    assert not report.passed([(run, fits)])
+    told = report.lines([(run, fits)])
+    assert "times as long may tell" in told[0]
+    assert not any("times as long" in line for line in told[1:])
 
 
 def test_one_handle_that_stays_open_is_growth():

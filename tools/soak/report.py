@@ -51,6 +51,7 @@ def lines(runs: Runs) -> list[str]:
             told.append(
                 f"{fit.word:<10}{run.name:<12}{gauge.title:<14}{trend.slope_per_h:+10.4f} "
                 f"{gauge.unit}/h, 95 % limit {trend.upper_per_h:+.4f}, may be {gauge.limit_per_h:g}"
+                + ("" if fit.longer is None else f"; {fit.longer:.1f} times as long may tell")
             )
         endings = unplanned_endings(run)
         told.append(

@@ -53,6 +53,18 @@ class Fitted:
             return "passed"
         return "grows" if self.trend.lower_per_h > self.gauge.limit_per_h else "not shown"
 
+    @property
+    def longer(self) -> float | None:
+        """How many times as long a run would show that nothing grows; None if this does, or none.
+
+        The slope's error falls with the length to the power of 1.5; it is to be half the limit.
+        """
+        limit = self.gauge.limit_per_h
+        if self.word != "not shown" or limit <= 0.0:
+            return None
+        margin = self.trend.upper_per_h - self.trend.slope_per_h
+        return max(1.0, float((2.0 * margin / limit) ** (2.0 / 3.0)))
+
 
 def fitted(run: Run) -> list[Fitted]:
     """All gauges of a run.
