@@ -6,14 +6,13 @@ from pathlib import Path
 
 from sitl_shim.autopilot.flavours import aiding_of, make_autopilot
 from sitl_shim.autopilot.interface import TICK_S, TICK_US, Autopilot, BatteryReport
-from sitl_shim.data_file import DataFileError
 from sitl_shim.faults.schema import NO_FAULTS, load_faults
 from sitl_shim.faults.vehicle_acts import VehicleFaults
 from sitl_shim.faults.vehicle_clock import BootClock
 from sitl_shim.faults.vehicle_estimate import step_between
 from sitl_shim.faults.vehicle_events import link_happened
 from sitl_shim.frames import Vector3
-from sitl_shim.plant.payload import LEAST_MASS_SHARE
+from sitl_shim.plant.payload import refuse_too_light
 from sitl_shim.plant.quadrotor import Plant
 from sitl_shim.plant.state import PlantState
 from sitl_shim.plant.vehicle import VehicleModel, load_vehicle
@@ -22,7 +21,7 @@ from sitl_shim.sensors.aiding import ExternalPose, nothing_of
 from sitl_shim.sensors.estimator import Estimate
 from sitl_shim.sensors.heading_error import turned
 from sitl_shim.sensors.profile import load_profile
-from sitl_shim.wind import Moments, Scenario, load_scenario, make_wind, scenario_path
+from sitl_shim.wind import Moments, load_scenario, make_wind
 from sitl_shim.wind.happened import Happened, awaits_setpoints, happened
 
 _BATTERY_PERIOD_US = 100_000
@@ -84,7 +83,7 @@ class Simulation:
     def __init__(self, options: ShimOptions) -> None:
         self.vehicle: VehicleModel = load_vehicle(options.vehicle)
         scenario = load_scenario(options.scenario)
-        _refuse_too_light(scenario, self.vehicle, options.scenario)
+        refuse_too_light(scenario, self.vehicle, options.scenario)
         airborne = options.airborne_at_enu_m
         if airborne is not None and not (all(map(isfinite, airborne)) and airborne[2] > 0.0):
             raise ValueError(f"a flight cannot begin in the air at {airborne} m, ENU")
@@ -262,21 +261,3 @@ class Simulation:
         found.sort(key=lambda event: event.time_s)
         told = [replace(event, time_s=self.clock.stamp_s(event.time_s)) for event in found]
         return told if self._befalls is None else told + self._befalls.happened
-
-
-def _refuse_too_light(scenario: Scenario, vehicle: VehicleModel, name_or_path: str | Path) -> None:
-    """Refuse a payload that leaves too little of the vehicle.
-
-    Raises:
-        DataFileError: it names the scenario's file and the key.
-    """
-    least_kg = LEAST_MASS_SHARE * vehicle.mass_kg
-    for index, load in enumerate(scenario.payload):
-        total_kg = vehicle.mass_kg + load.mass_on(vehicle.mass_kg)
-        if total_kg < least_kg:
-            raise DataFileError(
-                f"scenario file {scenario_path(name_or_path)}: 'payload.{index}.{load.mass_key}' "
-                f"cannot be {getattr(load, load.mass_key):g}: {vehicle.name} with it would weigh "
-                f"{total_kg:g} kg, and at least {least_kg:g} kg must stay of its "
-                f"{vehicle.mass_kg:g} kg."
-            )

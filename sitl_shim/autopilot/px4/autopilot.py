@@ -24,11 +24,10 @@ from sitl_shim.autopilot.interface import (
 from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.px4 import arming, modes
 from sitl_shim.autopilot.px4.announcements import Announcer
-from sitl_shim.autopilot.px4.battery import BatteryLevel, battery_cause, battery_level
+from sitl_shim.autopilot.px4.causes import Watch
 from sitl_shim.autopilot.px4.command_desk import CommandDesk
 from sitl_shim.autopilot.px4.commander import Commander
 from sitl_shim.autopilot.px4.flight_control import STOPPED, FlightControl
-from sitl_shim.autopilot.px4.geofence import geofence_cause
 from sitl_shim.autopilot.px4.land_detector import LandDetector
 from sitl_shim.autopilot.px4.modes import Mode
 from sitl_shim.autopilot.px4.offboard import OffboardStream
@@ -102,7 +101,7 @@ class Px4Autopilot:
         self.estimate_interval_us = max(1, int(predict_us) // TICK_US) * TICK_US
         """How often its estimator publishes, µs: as many samples of 4 ms as fit in."""
         self._time_us = 0
-        self._level_at_arming = BatteryLevel.NONE
+        self._watch = Watch(self.parameters)
         self._was_armed = airborne
         self._home: Vector3 | None = None
         self._home_attitude: Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -171,16 +170,10 @@ class Px4Autopilot:
 
     def _look_for_causes(self, motion: Motion) -> None:
         """Battery and geofence: what they ask for now."""
-        commander, parameters = self._commander, self.parameters
-        level = battery_level(self.battery.remaining, parameters)
-        if not commander.armed:
-            self._level_at_arming = level
-        battery = fence = None
-        if level is not BatteryLevel.NONE:
-            battery = battery_cause(level, self._level_at_arming, parameters)
-        if self._home is not None and motion.global_position_valid and not self._control.landed:
-            fence = geofence_cause(motion.position_enu_m, self._home, parameters)
-        commander.causes = tuple(cause for cause in (battery, fence) if cause is not None)
+        flies = motion.global_position_valid and not self._control.landed
+        position = motion.position_enu_m if flies else None
+        armed, remaining = self._commander.armed, self.battery.remaining
+        self._commander.beware(self._watch.look(remaining, position, self._home, armed=armed))
 
     def _keep_home(self, motion: Motion) -> Vector3:
         """Home; set it as soon as the position is good, and anew when armed."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from sitl_shim.autopilot.interface import TICK_S
 from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
-from sitl_shim.autopilot.px4 import arming, failsafe
+from sitl_shim.autopilot.px4 import arming
 from sitl_shim.autopilot.px4.announcements import (
     CRITICAL,
     ERROR,
@@ -15,12 +15,12 @@ from sitl_shim.autopilot.px4.announcements import (
     REASON_TEXTS,
     Announcer,
     ArmReason,
-    failsafe_event,
     make_event,
     mode_arguments,
 )
-from sitl_shim.autopilot.px4.failsafe import Action
+from sitl_shim.autopilot.px4.failsafe import Cause
 from sitl_shim.autopilot.px4.health_report import FIRST_US, health_report
+from sitl_shim.autopilot.px4.mode_guard import ModeGuard
 from sitl_shim.autopilot.px4.modes import Mode, mode_name, navigation_number
 
 _CHECK_PERIOD_US = 100_000
@@ -79,10 +79,8 @@ class Commander:
         self.mode = Mode.AUTO_LOITER
         """What flies: the intended mode, or the failsafe's."""
         self.armed = airborne
-        self._failsafe = failsafe.Failsafe(self._could_run, self._tell_failsafe)
+        self._guard = ModeGuard(parameters, announcer, self._can_run)
         self._sticks = False
-        self.causes: tuple[failsafe.Cause, ...] = ()
-        """What is wrong with more than the mode: the battery, the geofence."""
         self.stream_available = False
         self.position = arming.PositionKnown()
         """What the estimator said of its position at the last health checks."""
@@ -126,7 +124,7 @@ class Commander:
     @property
     def failsafe_active(self) -> bool:
         """Whether something other than the intended mode flies."""
-        return self._failsafe.active
+        return self._guard.active
 
     @property
     def sticks_centred(self) -> bool:
@@ -141,6 +139,10 @@ class Commander:
         if self.armed:
             return 4
         return 3 if self.can_arm else 0
+
+    def beware(self, causes: tuple[Cause, ...]) -> None:
+        """What is wrong from now on with more than the mode."""
+        self._guard.causes = causes
 
     def take_reposition(self) -> Reposition | None:
         """Where to go while holding, if it was told since the last call."""
@@ -228,12 +230,6 @@ class Commander:
             sticks=self._sticks,
         )
 
-    def _could_run(self, mode: Mode) -> bool:
-        """Whether a mode has what it needs, but for the sticks."""
-        if mode.needs_sticks:
-            return self.position.locally or mode is not Mode.POSCTL
-        return self._can_run(mode)
-
     def _update_failsafe(self, *, chosen: bool = False, passed_s: float = 0.0) -> None:
         """Fly the intended mode, or what a failsafe has in its place.
 
@@ -241,45 +237,18 @@ class Commander:
             chosen: the intended mode was asked for just now.
             passed_s: since the last time.
         """
-        guard = self._failsafe
-        fallback = self._fallback() if self.armed else Action.NONE
-        if not self.armed or (fallback is Action.NONE and not self.causes and guard.idle):
-            if not guard.idle:
-                guard.forget()
-            self.mode = self.intended
-            return
-        hold_s = self._parameters["COM_FAIL_ACT_T"]
-        action = guard.step(
-            self.causes, fallback, self.intended, chosen=chosen, hold_s=hold_s, passed_s=passed_s
+        mode = self._guard.choose(
+            self.intended,
+            self.position,
+            armed=self.armed,
+            stream_available=self.stream_available,
+            chosen=chosen,
+            passed_s=passed_s,
         )
-        if action in (Action.DISARM, Action.TERMINATE):
+        if mode is None:
             self.disarm(ArmReason.FAILSAFE)
-            return
-        self.mode = failsafe.mode_of(action) or self.intended
-
-    def _fallback(self) -> Action:
-        """What the intended mode's own lack calls for."""
-        intended = self.intended
-        if intended is Mode.OFFBOARD:
-            if self.stream_available:
-                return Action.NONE
-            return failsafe.after_offboard_loss(self._parameters.integer("COM_OBL_RC_ACT"))
-        if self.position.locally:
-            return Action.NONE
-        if intended is Mode.POSCTL:
-            return Action.ALTITUDE
-        # A mode that is in use loses its position.
-        return Action.DESCEND if intended.is_auto else Action.NONE
-
-    def _tell_failsafe(self, action: Action, put_off: Action, number: failsafe.CauseNumber) -> None:
-        """Say what flies now in place of the intended mode, or will soon."""
-        text = "Failsafe activated"
-        if put_off is not Action.NONE:
-            text += f", entering Hold for {self._parameters['COM_FAIL_ACT_T']:.0f} seconds"
-        self._announcer.say(CRITICAL, text)
-        self._announcer.tell(
-            failsafe_event(self.intended, action, put_off, number, self._parameters)
-        )
+        else:
+            self.mode = mode
 
     def _disarm_when_idle(self, time_us: int, landed: bool) -> None:
         if not landed:
@@ -298,7 +267,7 @@ class Commander:
     def arm(self, reason: ArmReason) -> None:
         """Let the motors turn."""
         self.armed = True
-        self._failsafe.forget()
+        self._guard.forget()
         self._armed_us = self._boot_us
         self._flown = not self._was_landed
         self._announcer.say(INFO, f"Armed by {REASON_TEXTS[reason]}")
