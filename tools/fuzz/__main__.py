@@ -1,4 +1,4 @@
-"""``python -m tools.fuzz TARGET``: fuzz one target, by seeds, over processes; see docs/fuzzing.md."""
+"""``python -m tools.fuzz TARGET``: fuzz one target, by seeds; see docs/fuzzing.md."""
 
 import argparse
 import json

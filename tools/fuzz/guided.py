@@ -1,4 +1,4 @@
-"""Fuzzing that follows coverage, by atheris (the extra `fuzz`), over the targets' own variations."""
+"""Fuzzing that follows coverage, by atheris (the extra `fuzz`), with the targets' variations."""
 
 import random
 import sys

@@ -231,8 +231,10 @@ def _is_packet(raw: bytes) -> bool:
 
 
 def _fly(folder: Path) -> None:
-    """A flight of two seconds, in the air."""
-    config = load_flight(None, {"trajectory": 1, "seed": 1}, {"hover_s": "0.1"})
+    """A flight of a second, in the air."""
+    points = folder.parent / "short.csv"
+    points.write_text("t,x,y,z\n0,0,0,2\n0.4,0.05,0,2\n0.8,0.1,0,2\n")
+    config = load_flight(None, {"trajectory": str(points), "seed": 1}, {"hover_s": "0.1"})
     log = FlightLog(folder, CHANNELS)
     trajectory = make_trajectory(config.mission)
     fly_in_lockstep(
@@ -318,6 +320,6 @@ def _other_value(value: Any, rng: random.Random) -> Any:  # noqa: ANN401 - any J
         if chance < 0.05:
             return value[:at] + value[at + 1 :]
         if chance < 0.1:
-            return value[:at] + [value[at]] + value[at:]
+            return [*value[:at], value[at], *value[at:]]
         return [*value[:at], _other_value(value[at], rng), *value[at + 1 :]]
     return rng.choice(_ODD)

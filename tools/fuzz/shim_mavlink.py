@@ -29,7 +29,7 @@ _TICK_US = 4000
 _POSES = {"EKF2_EV_CTRL": 15.0, "EKF2_GPS_CTRL": 0.0, "EKF2_HGT_REF": 3.0}
 _READ = (
     *(0, 4, 11, 20, 21, 23, 39, 40, 43, 44, 45, 47, 51, 41, 73, 66, 75, 76, 76, 76, 82, 82, 84, 86),
-    *(110, 110, 111, 117, 119, 121, 122, 256, 331, 331, REQUEST_ID, 69, 70, 132, 102, 138, 253),
+    *(110, 110, 111, 117, 119, 121, 122, 331, 331, REQUEST_ID, 69, 70, 132, 102, 138, 253),
 )
 _LIKELY: dict[str, tuple[float, ...]] = {
     "target_system": (1, 1, 1, 1, 0, 2),
@@ -65,7 +65,7 @@ _NAMES = (
 )
 _PATHS = (
     b"/", b"@PARAM/param.pck", b"@PARAM/param.pck?withdefaults=1&start=5", b"/log/..", b"@SYS",
-    b"/log/2026-01-01/00_00_02.ulg", b"/APM/LOGS/00000001.BIN", b"\xff\xfe", b"/fs/../../etc/passwd",
+    b"/log/2026-01-01/00_00_02.ulg", b"/APM/LOGS/00000001.BIN", b"\xff\xfe", b"/fs/../../etc/x",
 )  # fmt: skip
 
 
@@ -125,6 +125,8 @@ class ShimMavlink:
 
     def _one(self, rng: random.Random, client: Sender, others: Sender) -> bytes:
         chance = rng.random()
+        if chance < 0.0004:
+            return _key_change(client, rng)
         if chance < 0.04:
             return client.pack(110, _file_request(rng))
         if chance < 0.08:
@@ -140,11 +142,15 @@ class ShimMavlink:
         header, records = split(data)
         records = records[:_MOST_RECORDS]
         shim = _booted(header)
+        partner = Sender(1, 190, _KEY if header[0] & 12 == 12 else None)
         ticks = 0
         for number, record in enumerate(records):
             for _ in range(record.wait % 64):
                 if ticks < _MOST_TICKS:
-                    shim.step()
+                    for _, link, sent in shim.step():
+                        answer = _carried_on(sent, partner)
+                        if answer:
+                            shim.receive(link, answer, shim.time_s)
                     ticks += 1
             shim.receive(record.kind & 1, record.data, shim.time_s)
             if number % 64 == 0:
@@ -209,6 +215,29 @@ def _named(rng: random.Random) -> tuple[int, bytes]:
         return 20, rng.choice((b"\xff\xff", b"\x05\x00", b"\xfe\xff")) + b"\x01\x01" + name
     value = rng.choice((bytes(4), b"\x00\x00\x80\x3f", b"\x00\x00\xc0\x7f", rng.randbytes(4)))
     return 23, value + b"\x01\x01" + name + bytes((rng.choice((9, 6, 4, 0, 255)),))
+
+
+def _key_change(client: Sender, rng: random.Random) -> bytes:
+    """SETUP_SIGNING, to the one key or to none; what comes later is signed accordingly."""
+    key = rng.choice((_KEY, None))
+    payload = (1 << 44).to_bytes(8, "little") + b"\x01\x01" + (key or bytes(32))
+    packet = client.pack(256, payload)
+    client.key = key
+    return packet
+
+
+def _carried_on(sent: bytes, partner: Sender) -> bytes:
+    """What lets a transfer of a mission go on that the vehicle has begun; empty for all else."""
+    if sent[0] != 0xFD or sent[7] not in (40, 44, 51) or sent[8] or sent[9]:
+        return b""
+    payload = sent[10 : 10 + sent[1]].ljust(8, b"\0")
+    if sent[7] == 44:  # MISSION_COUNT: ask for the first
+        return partner.pack(51, bytes((0, 0, 1, 1, payload[4])))
+    kind = payload[4] % 3
+    command = (16, 5001, 5100)[kind]
+    item = struct.pack("<4fiif", 0, 1, 0, 0, 473977418, 85455938, 5.0)
+    item += payload[:2] + command.to_bytes(2, "little") + bytes((1, 1, 3, 0, 1, kind))
+    return partner.pack(73, item)
 
 
 def _level(rng: random.Random) -> bytes:
