@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from companion.experiments.faults.curves import Curves, Line
 
-_WIDTH, _LEFT, _RIGHT = 720.0, 54.0, 12.0
+_WIDTH, _LEFT, _RIGHT = 540.0, 48.0, 10.0
 _BAND = (6.0, 22.0)
 _ERROR = (34.0, 124.0)
 _TILT = (142.0, 222.0)

@@ -48,6 +48,7 @@ def write_page(results: Sequence[RowResult], made: Made, folder: Path) -> Path:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["codes"] = codes
     groups = [
         (key, title, [_row(result) for result in results if result.row.group == key])
         for key, title in _GROUPS.items()
@@ -98,6 +99,11 @@ def _flight(flight: Result) -> dict[str, Any]:
         "command": flight.command,
         "after": seconds(measured.detected_after_s),
     }
+
+
+def codes(text: str) -> tuple[tuple[bool, str], ...]:
+    """Pieces of a sentence, and whether each stood between backquotes."""
+    return tuple((bool(k % 2), piece) for k, piece in enumerate(text.split("`")) if piece)
 
 
 def seconds(value: float) -> str:
