@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from companion.trajectories.from_file import TrajectoryFileError, load_trajectory
 from companion.trajectories.feasibility import MotionLimits, problems_of
+from companion.trajectories.from_file import TrajectoryFileError, load_trajectory
 from tools.fuzz.scratch import scratch_folder
 from tools.fuzz.target import FindingError
 from tools.fuzz.texts import varied
