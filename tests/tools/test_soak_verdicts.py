@@ -24,7 +24,7 @@ def a_run(name=REAL_TIME, count=600, *, memory_per_h=0.0, noise_mib=0.0, handles
     samples = [
         {
             "time_s": 1000.0 + k,
-            "uss_mib": 80.0 + memory_per_h * k / 3600.0 + noise_mib * rng.standard_normal(),
+            "memory_mib": 80.0 + memory_per_h * k / 3600.0 + noise_mib * rng.standard_normal(),
             "handles": 12 if handles is None else handles(k),
             "tasks": 6,
         }
@@ -45,14 +45,14 @@ def test_a_run_in_which_nothing_grows_passes():
 
 
 def test_memory_that_grows_faster_than_its_limit_is_told():
-    assert words(a_run(memory_per_h=1.2, noise_mib=0.001))["uss_mib"] == "grows"
-    assert words(a_run(memory_per_h=0.8, noise_mib=0.001))["uss_mib"] == "passed"
+    assert words(a_run(memory_per_h=1.2, noise_mib=0.001))["memory_mib"] == "grows"
+    assert words(a_run(memory_per_h=0.8, noise_mib=0.001))["memory_mib"] == "passed"
 
 
 def test_what_is_too_noisy_to_tell_is_not_shown_and_does_not_pass():
     run = a_run(noise_mib=5.0)
     fits = fitted(run)
-    assert words(run)["uss_mib"] == "not shown"
+    assert words(run)["memory_mib"] == "not shown"
     assert not report.passed([(run, fits)])
     told = report.lines([(run, fits)])
     assert "times as long may tell" in told[0]

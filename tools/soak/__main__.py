@@ -36,7 +36,7 @@ Json = Annotated[bool, typer.Option("--json", help="soak.json on standard output
 @app.command()
 def lockstep(
     out: Out,
-    hours: Annotated[float, typer.Option(help="Of simulated time, in all.", min=0.1)] = 3.0,
+    hours: Annotated[float, typer.Option(help="Of simulated time, in all.", min=1.5)] = 3.0,
     autopilot: Autopilot = None,
     controller: Controller = None,
     json_output: Json = False,

@@ -3,13 +3,14 @@
 import asyncio
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from companion.config.resolve import load_flight
+from companion.experiments.perturbed_plant import scaled, write_plant
 from companion.flight.assemble import make_trajectory
 from companion.flight.beginning import log_begins_us, shim_options
 from companion.flight.conduct import Outcome
@@ -20,6 +21,9 @@ from tools.soak.plans import FlightPlan
 
 if TYPE_CHECKING:
     from companion.flight.observer import Observer, TickView
+
+_BATTERY = scaled("battery", "capacity_a_h", by=10.0)
+"""Of an hour's flight it is to be the companion that is worn out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,12 +87,16 @@ def fly(
         interval_s: of the loop's time.
 
     Raises:
+        OSError: the folder cannot be written.
         ConfigError: the flight cannot be flown as planned.
     """
     config = load_flight(None, plan.options, {})
     trajectory = make_trajectory(config.mission)
     shim = shim_options(config, lockstep=lockstep)
     assert shim is not None
+    folder.mkdir(parents=True, exist_ok=True)
+    plant = write_plant(shim.vehicle, [_BATTERY], folder / "plant.yaml")
+    shim = replace(shim, vehicle=str(plant))
     log = FlightLog(folder, CHANNELS, base_us=log_begins_us(lockstep=lockstep))
     try:
         with (

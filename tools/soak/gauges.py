@@ -13,10 +13,14 @@ _KIB_PER_MIB = 1024.0
 class Held:
     """What a process holds at a moment."""
 
-    uss_mib: float
-    """Memory that is its alone and would be free without it."""
+    memory_mib: float
+    """Pages that are its alone and that it has written to, swapped out ones among them.
+
+    Pages of files (libraries) are not among them: whether those are private, and how much of them
+    is its share, changes with other processes that come and go.
+    """
     pss_mib: float
-    """The same, with its share of what it shares."""
+    """With its share of what it shares."""
     rss_mib: float
     handles: int
     """Open files, sockets, pipes."""
@@ -31,7 +35,7 @@ def held_by(pid: int | str = "self") -> Held:
     """
     folder = Path("/proc") / str(pid)
     sizes = _fields(folder / "smaps_rollup")
-    own = ("Private_Clean", "Private_Dirty", "Private_Hugetlb")
+    own = ("Private_Dirty", "Private_Hugetlb", "Swap")
     handles = len(os.listdir(folder / "fd"))
     if pid in ("self", os.getpid()):
         handles -= 1  # the folder itself, while it is listed

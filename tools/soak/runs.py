@@ -88,7 +88,7 @@ def many_flights(
             run.flights.append({**asdict(plans[number]), **_ending(line)})
             tell(
                 f"flight {number + 1}: {line['outcome']}; {line['time_s'] / _HOUR_S:.2f} h, "
-                f"{line['uss_mib']:.1f} MiB, p99 {latency['p99_ms']:.2f} ms"
+                f"{line['memory_mib']:.1f} MiB, p99 {latency['p99_ms']:.2f} ms"
             )
             if (number + 1) % ROUND == 0 and line["time_s"] >= hours * _HOUR_S:
                 break
@@ -117,7 +117,7 @@ def _long(
                 continue
             run.samples.append(line)
             if len(run.samples) % 60 == 1:
-                tell(f"{mode}: {line['time_s']:.0f} s, {line['uss_mib']:.2f} MiB")
+                tell(f"{mode}: {line['time_s']:.0f} s, {line['memory_mib']:.2f} MiB")
     for window in windows(folder / "flight-0000", *field_per_ms, _WINDOW_S[mode]):
         run.latencies.append(asdict(window))
     return run

@@ -22,7 +22,7 @@ class Gauge:
     limit_per_h: float
 
 
-MEMORY = Gauge("memory (USS)", "uss_mib", "MiB", 1.0)
+MEMORY = Gauge("memory", "memory_mib", "MiB", 1.0)
 HANDLES = Gauge("file handles", "handles", "handles", 0.0)
 TASKS = Gauge("tasks", "tasks", "tasks", 0.0)
 LATENCY = Gauge("p99 latency", "p99_ms", "ms", 0.05)
