@@ -125,6 +125,20 @@ def test_a_wrong_scenario_is_told_before_the_flight(text, says, here):
     assert os.listdir(here) == ["s.yaml"]
 
 
+@pytest.mark.parametrize(
+    ("faults", "says"),
+    [
+        ("f.yaml", "f.yaml: line 2: the key 'link.0.los' is unknown; did you mean 'loss'?"),
+        ("{vehicle: [{fault: storm}]}", "'vehicle.0'"),
+        ("worse-link", "unknown fault 'worse-link'. Give a YAML file or one of: bad-link, slow-"),
+    ],
+)
+def test_wrong_faults_are_told_before_the_flight(faults, says, here):
+    (here / "f.yaml").write_text("name: x\nlink: [{los: 0.1}]\n")
+    assert says in told("--faults", faults, *STANDARD)
+    assert os.listdir(here) == ["f.yaml"]
+
+
 def test_the_fan_has_no_place_at_a_trajectory_of_ones_own(here):
     (here / "own.csv").write_text("t,x,y,z\n0,0,0,1\n5,1,0,1\n")
     assert "--wind fan has its place at one of" in told("--traj", "own.csv", "--wind", "fan")

@@ -36,7 +36,14 @@ async def test_every_option_goes_onto_the_command_line(monkeypatch):
 
     monkeypatch.setattr(shim_process.asyncio, "create_subprocess_exec", start)
     options = ShimOptions(
-        "px4", "x500", CALM, 7, 2.0, sensors="exact", parameters={"EKF2_PREDICT_US": 4000.0}
+        "px4",
+        "x500",
+        CALM,
+        7,
+        2.0,
+        sensors="exact",
+        parameters={"EKF2_PREDICT_US": 4000.0},
+        faults="{link: [{loss: 0.1}]}",
     )
     with pytest.raises(StartedError):
         await start_shim(options, 14999)
@@ -47,6 +54,7 @@ async def test_every_option_goes_onto_the_command_line(monkeypatch):
         "--seed=7",
         "--speed=2.0",
         "--sensors=exact",
+        "--faults={link: [{loss: 0.1}]}",
         "--parameter=EKF2_PREDICT_US=4000.0",
         "--onboard-remote=14999",
     ):
@@ -54,10 +62,16 @@ async def test_every_option_goes_onto_the_command_line(monkeypatch):
     asked.clear()
     with pytest.raises(StartedError):
         await start_shim(OPTIONS, 14999)
-    assert not [argument for argument in asked if "--sensors" in argument]
+    assert not [a for a in asked if a.startswith(("--sensors", "--faults"))]
 
 
 async def test_the_shims_own_words_refuse_sensors_that_it_does_not_have():
     options = ShimOptions("px4", "bebop2", CALM, 1, sensors="lidar")
     with pytest.raises(ShimRefusedError, match="no sensor profile called 'lidar'; known are ekf3"):
+        await start_shim(options, 14999)
+
+
+async def test_the_shims_own_words_refuse_faults_that_there_are_not():
+    options = ShimOptions("px4", "bebop2", CALM, 1, faults="{link: [{los: 0.1}]}")
+    with pytest.raises(ShimRefusedError, match=r"'link.0.los' is unknown; did you mean 'loss'\?"):
         await start_shim(options, 14999)
