@@ -16,9 +16,8 @@ from tests.process_faults.harness import (
 pytestmark = [pytest.mark.realtime, pytest.mark.faults, pytest.mark.timeout(150)]
 
 
-def test_px4_takes_over_within_its_second_after_kill_9(begin):
-    vehicle, companion = begin("px4")
-    companion.wait_for("s  track")
+def test_px4_takes_over_within_its_second_after_kill_9(tracking):
+    vehicle, companion = tracking("px4")
     # Standing still for less than half a second before that is flown through.
     companion.stop(0.3)
     vehicle.wait(0.7)
@@ -38,9 +37,8 @@ def test_px4_takes_over_within_its_second_after_kill_9(begin):
     assert not (companion.folder / "result.json").exists()
 
 
-def test_ardupilot_lands_after_kill_9_as_fix_sets_it(begin):
-    vehicle, companion = begin("ardupilot", "--fix", parameters={"FS_GCS_TIMEOUT": 3})
-    companion.wait_for("s  track")
+def test_ardupilot_lands_after_kill_9_as_fix_sets_it(tracking):
+    vehicle, companion = tracking("ardupilot", "--fix", parameters={"FS_GCS_TIMEOUT": 3})
     vehicle.wait(1.0)
     companion.kill()
     killed_s = vehicle.clock_s
@@ -55,10 +53,9 @@ def test_ardupilot_lands_after_kill_9_as_fix_sets_it(begin):
     assert list(companion.folder.glob("*restore*"))
 
 
-def test_ardupilot_drifts_after_kill_9_where_nothing_is_set(begin):
+def test_ardupilot_drifts_after_kill_9_where_nothing_is_set(tracking):
     """Nothing covers this: `companion check` warns of it, `--fix` mends it."""
-    vehicle, companion = begin("ardupilot")
-    companion.wait_for("s  track")
+    vehicle, companion = tracking("ardupilot")
     vehicle.wait(0.8)
     companion.kill()
     killed_s = vehicle.clock_s

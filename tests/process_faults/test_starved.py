@@ -21,6 +21,12 @@ from tests.process_faults.harness import (
 pytestmark = [pytest.mark.realtime, pytest.mark.faults, pytest.mark.timeout(150)]
 
 LANDED, BAD_INPUT, ABORTED = 0, 2, 4
+HOG = """
+import os, sys
+os.sched_setaffinity(0, {int(sys.argv[1])})
+while True:
+    pass
+"""
 WITHOUT_OVERRIDE = """
 import ctypes, os, sys
 PR_CAPBSET_DROP, CAP_DAC_OVERRIDE = 24, 1
@@ -29,9 +35,8 @@ os.execv(sys.executable, [sys.executable, "-m", "companion", *sys.argv[1:]])
 """
 
 
-def test_a_disk_that_fills_up_in_flight_ends_the_log_and_not_the_flight(begin):
-    vehicle, companion = begin("px4")
-    companion.wait_for("s  track")
+def test_a_disk_that_fills_up_in_flight_ends_the_log_and_not_the_flight(tracking):
+    vehicle, companion = tracking("px4")
     vehicle.wait(1.0)
     full_s = vehicle.clock_s
     room = companion.tlog.stat().st_size + 10_000
@@ -63,15 +68,13 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_begins(tmp_p
     assert list(folder.iterdir()) == []
 
 
-def test_a_loop_that_gets_little_of_the_processor_flies_or_hands_over(begin):
-    """A hog for each processor, and then only 40 ms of each 100."""
-    vehicle, companion = begin("px4", speed=1.0, trajectory_s=8.0)
-    companion.wait_for("s  track")
+def test_a_loop_that_gets_little_of_the_processor_flies_or_hands_over(tracking):
+    """Two hogs on its processor, and then only 40 ms of each 100."""
+    vehicle, companion = tracking("px4", speed=1.0, trajectory_s=8.0)
     began_s = vehicle.clock_s
-    hogs = [
-        subprocess.Popen([sys.executable, "-c", "while True: pass"])
-        for _ in os.sched_getaffinity(companion.process.pid)
-    ]
+    processor = {max(os.sched_getaffinity(companion.process.pid))}
+    os.sched_setaffinity(companion.process.pid, processor)
+    hogs = [subprocess.Popen([sys.executable, "-c", HOG, str(*processor)]) for _ in range(2)]
     try:
         vehicle.wait(2.0)
     finally:
@@ -97,9 +100,8 @@ def test_a_loop_that_gets_little_of_the_processor_flies_or_hands_over(begin):
         assert_logs_reach(companion, starved_s)
 
 
-def test_allocations_that_fail_in_flight_end_in_something_defined(begin):
-    vehicle, companion = begin("px4")
-    companion.wait_for("s  track")
+def test_allocations_that_fail_in_flight_end_in_something_defined(tracking):
+    vehicle, companion = tracking("px4")
     vehicle.wait(0.5)
     scarce_s = vehicle.clock_s
     pages = int((Path("/proc") / str(companion.process.pid) / "statm").read_text().split()[0])
