@@ -74,6 +74,8 @@ class ControlLoop:
         self._desired_yaw_rad = 0.0
         self._newest: VehicleState | None = None
         self._footing = Footing()
+        self._breach = ""
+        """How the geofence was left, which ends tracking also if the vehicle drifts back."""
         self._plan_status: MpcStatus = "closed_form"
         self.idle = False
         """While holding: no thrust.  For collective thrust, before take-off."""
@@ -122,6 +124,7 @@ class ControlLoop:
         self._timeline = timeline
         self._desired_yaw_rad = desired_yaw_rad
         self._footing = Footing()
+        self._breach = ""
 
     def release(self) -> None:
         """Back to holding, with a clean ladder."""
@@ -229,10 +232,10 @@ class ControlLoop:
         flown_s = runner.flown_s()
         if flown_s is not None and state.time_s - flown_s > self._limits.state_age_limit_s:
             runner.forget()  # what the laws remember is of another time
-        breach = self._limits.breach(state.position_enu_m)
-        if breach:
+        self._breach = self._breach or self._limits.breach(state.position_enu_m)
+        if self._breach:
             runner.forget()
-            return None, None, runner.watch(), breach
+            return None, None, runner.watch(), self._breach
         flies = runner.present
         try:
             track_s = state.time_s - timeline.scored_s[0]

@@ -102,7 +102,7 @@ class SupervisorMemory:
     """Autopilot's time of the last tick."""
     unsolved_since_s: float | None = None
     reason: str = ""
-    delay_s: float = math.nan
+    delay_s: float = 0.0
     """Mean of the loop's delay."""
     slow: bool = False
     """The loop counts as too slow."""
@@ -153,7 +153,5 @@ def judge(limits: SupervisorLimits, memory: SupervisorMemory, facts: Facts) -> S
 def _mean_delay_s(memory: SupervisorMemory, facts: Facts, passed_s: float) -> float:
     if math.isnan(facts.loop_delay_s):
         return memory.delay_s
-    if math.isnan(memory.delay_s):
-        return facts.loop_delay_s
     share = 1.0 - math.exp(-passed_s / _DELAY_SMOOTHING_S)
     return memory.delay_s + share * (facts.loop_delay_s - memory.delay_s)

@@ -6,25 +6,20 @@ import math
 import numpy as np
 
 from companion.flight.assemble import fence_infeasibilities
-from companion.flight.errors import (
-    DisarmedError,
-    FlightAbortedError,
-    FlightRefusedError,
-    HandedOverError,
-    LinkLostError,
-)
+from companion.flight.errors import FlightAbortedError, FlightRefusedError, HandedOverError
 from companion.flight.setpoints.placement import PlacedTrajectory, Placement, place
 from companion.flight.setpoints.timeline import SHORTEST_MOVE_S, Timeline, plan_timeline
 from companion.flight.stages.crew import Flight, FlightScope
 from companion.flight.stages.ground_stream import risen_without_satellites
 from companion.flight.stages.readiness import last_texts
-from companion.flight.vehicle.reports import LANDED_IN_AIR
+from companion.flight.vehicle.reports import LANDED_IN_AIR, LANDED_TAKING_OFF
 from companion.frames import yaw_of
 from companion.mavlink.exchange import Verdict
 
 _SHORTEST_APPROACH_S = {FlightScope.WHOLE: SHORTEST_MOVE_S, FlightScope.AIRBORNE: 0.2}
 _ENOUGH_OF_HEIGHT = 0.85
 """Where the mode does not tell that the take-off is over, the height must, beside landed_state."""
+_RISES_AFTER_S = 1.0
 _FLOWS_AFTER_S = 1.0
 """A sample that can be flown on comes within a hundredth of this, if any does."""
 _SETTLE_S = 0.2
@@ -43,7 +38,7 @@ async def take_off(flight: Flight) -> None:
     flight.authority.expect(connection.mode, *dialect.takeoff_modes)
     flight.voice.phase("take off", "by the autopilot")
     exchange = await flight.backend.take_off(height_m)
-    if exchange.verdict is not Verdict.ACCEPTED:
+    if exchange.verdict is not Verdict.ACCEPTED and not await _rises(flight):
         raise FlightAbortedError(
             f"Take-off was refused: {exchange.explanation}.{last_texts(flight)}"
         )
@@ -72,6 +67,22 @@ async def take_off(flight: Flight) -> None:
             f"{_height_m(flight):.1f} m above the ground)."
         ),
     )
+
+
+async def _rises(flight: Flight) -> bool:
+    """It takes off all the same: what was lost was the answer, and who flies refuses another."""
+    connection = flight.connection
+    try:
+        await connection.waiting.until(
+            lambda: connection.reports.landed_state in (LANDED_IN_AIR, LANDED_TAKING_OFF),
+            connection.loop_seconds(_RISES_AFTER_S),
+            lambda: "",
+        )
+    except FlightAbortedError as error:
+        if type(error) is not FlightAbortedError or connection.waiting.failure is not None:
+            raise
+        return False
+    return True
 
 
 def _height_m(flight: Flight) -> float:
@@ -148,7 +159,7 @@ async def _flowing(flight: Flight) -> None:
             lambda: "the state of the vehicle that arrives cannot be flown on",
         )
     except FlightAbortedError as error:
-        if isinstance(error, LinkLostError | DisarmedError) or waiting.failure is not None:
+        if type(error) is not FlightAbortedError or waiting.failure is not None:
             raise
         stream.stop()
         if resumed:

@@ -1,5 +1,7 @@
 """The ladder: what it decides, and laws that hold whatever happens."""
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -151,3 +153,50 @@ def test_a_clock_that_steps_back_a_little_does_no_harm():
     memory = judge(LIMITS, memory, Facts(0.99, 0.2, "", True))
     assert memory.level_s == 0.0
     assert memory.judged_s == 1.0
+
+
+DELAY_LIMITS = replace(LIMITS, loop_delay_limit_s=0.1)
+
+
+def slow_loop(delays_s, memory=None):
+    """Judge ticks of a loop whose delay is measured at each."""
+    memory = memory or SupervisorMemory()
+    for k, delay_s in enumerate(delays_s):
+        facts = Facts(k * STEP_S, 0.0, "", True, delay_s)
+        memory = judge(DELAY_LIMITS, memory, facts)
+        yield memory
+
+
+def test_a_loop_that_stays_too_slow_is_levelled_and_then_handed_over():
+    found = list(slow_loop([0.03] * 100 + [0.2] * 200))
+    level = next(k for k, memory in enumerate(found) if memory.rung is Rung.LEVEL)
+    over = next(k for k, memory in enumerate(found) if memory.rung is Rung.HAND_OVER)
+    assert 0.05 < (level - 100) * STEP_S < 0.3
+    assert over - level == pytest.approx(80, abs=2)
+    assert "more than 100 ms" in found[level].reason
+    assert found[over].reason == found[level].reason + ", for 0.8 s"
+
+
+def test_samples_that_come_late_now_and_then_make_no_slow_loop():
+    delays_s = [0.06 if k % 10 else 0.25 for k in range(500)]
+    assert {memory.rung for memory in slow_loop(delays_s)} == {Rung.TRACK}
+
+
+def test_a_loop_about_its_limit_does_not_flutter():
+    delays_s = [0.2] * 50 + [0.105, 0.085] * 100
+    rungs = [memory.rung for memory in slow_loop(delays_s)]
+    assert Rung.TRACK not in rungs[50:]
+
+
+def test_a_loop_that_is_fast_again_is_tracked_on():
+    found = list(slow_loop([0.03] * 50 + [0.2] * 40 + [0.03] * 100))
+    assert found[-1].rung is Rung.TRACK
+    assert found[-1].reason == ""
+
+
+def test_a_state_that_is_stale_for_long_is_handed_over_by_its_age_whatever_the_clock_says():
+    """The autopilot's clock was set back: to the ladder no time passes."""
+    memory = SupervisorMemory(judged_s=100.0)
+    for k in range(100):
+        memory = judge(LIMITS, memory, Facts(98.0, k * STEP_S, "", True))
+    assert memory.rung is Rung.HAND_OVER
