@@ -4,6 +4,7 @@ A mistake is told as one paragraph that names the file, the line, the key and th
 """
 
 import difflib
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -206,6 +207,7 @@ def _complaint(detail: ErrorDetails, root: yaml.Node, model: type[DataModel]) ->
     return f"line {line}: '{key}' cannot be {detail['input']!r}: {message[0].lower()}{message[1:]}."
 
 
+@cache
 def _all_keys(model: type[DataModel]) -> list[str]:
     """Names of all keys of a model and of the models within it (for suggestions only)."""
     properties = dict.fromkeys(model.model_fields)

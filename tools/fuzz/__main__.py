@@ -8,11 +8,9 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from pathlib import Path
 
 from tools.fuzz.target import Target
-from tools.fuzz.targets import TARGETS
+from tools.fuzz.targets import STRETCH, TARGETS
 from tools.fuzz.work import Done, Task, begin, run_one, work
 
-_STRETCH = {"packets": 20_000, "documents": 5_000}
-"""Units of one task: some seconds."""
 _TOLD_EVERY_S = 10.0
 
 _target: Target | None = None
@@ -81,8 +79,8 @@ def _fuzz(arguments: argparse.Namespace) -> tuple[Done, float]:
     began_s = told_s = time.monotonic()
     total = Done()
     handed_out = number = 0
-    running: set[Future[tuple[Done, str]]] = set()
-    stretch = 1000
+    running: set[Future[Done]] = set()
+    stretch = STRETCH[arguments.target]
     with ProcessPoolExecutor(
         arguments.jobs, initializer=_prepare, initargs=(arguments.target,)
     ) as pool:
@@ -104,9 +102,7 @@ def _fuzz(arguments: argparse.Namespace) -> tuple[Done, float]:
                 break
             over, running = wait(running, timeout=_TOLD_EVERY_S, return_when=FIRST_COMPLETED)
             for future in over:
-                done, unit = future.result()
-                stretch = _STRETCH[unit]
-                _add(total, done)
+                _add(total, future.result())
             if time.monotonic() - told_s >= _TOLD_EVERY_S:
                 told_s = time.monotonic()
                 _tell(total, runs, told_s - began_s, arguments.seconds)
@@ -140,9 +136,9 @@ def _prepare(target: str) -> None:
     _target = begin(target)
 
 
-def _in_worker(task: Task) -> tuple[Done, str]:
+def _in_worker(task: Task) -> Done:
     assert _target is not None
-    return work(task, _target), _target.unit
+    return work(task, _target)
 
 
 def _repeat(name: str, path: Path) -> int:

@@ -46,3 +46,12 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "trajectory": _trajectory,
     "logs": _logs,
 }
+
+STRETCH = {
+    "companion-mavlink": 20_000,
+    "shim-mavlink": 48_000,
+    "yaml": 5_000,
+    "trajectory": 5_000,
+    "logs": 1_000,
+}
+"""Packets or documents of one task: some seconds.  With the seed it says which inputs are run."""
