@@ -13,6 +13,7 @@ import pytest
 
 from companion.recording.mcap_log import read_records
 from companion.recording.tlog import read_tlog
+from companion.recover_command import RecoverRequest, run_recover
 from companion.report.flight_data import read_flight
 from companion.report.metrics import tracking_figures
 from tests.flights.bench import SHORT, Bench
@@ -112,7 +113,8 @@ def test_in_real_time_it_flies_as_in_lockstep(start, tmp_path, capsys):
         )
 
 
-def test_a_shim_that_is_killed_is_said_at_once_and_the_log_is_whole(start):
+@pytest.mark.faults
+def test_a_shim_that_is_killed_is_said_at_once_and_the_log_is_whole(start, capsys):
     flight = start()
     flight.wait_for(IN_FLIGHT)
     (shim,) = flight.children()
@@ -132,6 +134,8 @@ def test_a_shim_that_is_killed_is_said_at_once_and_the_log_is_whole(start):
     controls = [r for r in read_records(flight.folder / "flight.mcap") if r.topic == "control"]
     assert said[0].time_s - controls[-1].time_s < 2.0
     assert (flight.folder / "result.json").is_file()
+    assert run_recover(RecoverRequest(flight.folder)) == 0
+    assert capsys.readouterr().out.count("it is whole") == 2
 
 
 def test_a_companion_that_is_killed_leaves_a_readable_log_and_no_process(start):

@@ -1,5 +1,7 @@
 """The companion's process is killed in flight: what the autopilot does, and what is left."""
 
+import math
+
 import pytest
 
 from tests.process_faults.harness import (
@@ -58,12 +60,13 @@ def test_ardupilot_drifts_after_kill_9_where_nothing_is_set(tracking):
     vehicle, companion = tracking("ardupilot")
     vehicle.wait(0.8)
     companion.kill()
-    killed_s = vehicle.clock_s
+    killed_s, place_m = vehicle.clock_s, vehicle.position_m
     vehicle.wait(7.0)
     assert [mode for _, mode, _ in vehicle.modes][-1] == GUIDED
     assert vehicle.armed
     assert [text for time_s, text in vehicle.texts if time_s > killed_s] == []
     levelled = [v for t, _, v in vehicle.track if t > killed_s + 4.5]
     assert all(abs(v[2]) < 0.3 for v in levelled), "no climb"
+    assert math.dist(vehicle.position_m, place_m) > 0.3, "nothing holds it in its place"
     assert "GUID_TIMEOUT" in companion.told()
     assert_logs_reach(companion, killed_s)
