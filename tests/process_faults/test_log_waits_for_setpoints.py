@@ -4,8 +4,11 @@ import asyncio
 import io
 
 import pytest
+from mcap.reader import make_reader
 
+from companion.link.memory import MemoryLink
 from companion.recording import append_file
+from companion.recording.flight_log import FlightLog
 from tests.flights.bench import Bench
 
 pytestmark = pytest.mark.faults
@@ -41,9 +44,25 @@ class Bundles:
         return bundle
 
 
+def noting(function, word, notes):
+    """The same method, which notes the packet that it is given: the first bytes argument."""
+
+    def call(self, *arguments, **more):
+        notes.append((word, next(a for a in arguments if isinstance(a, bytes))))
+        return function(self, *arguments, **more)
+
+    return call
+
+
 def test_no_setpoint_waits_for_a_slow_disk(tmp_path, monkeypatch):
     monkeypatch.setattr(append_file.io, "FileIO", SlowFile)
     SlowFile.writes = 0
+    notes = []
+    for owner, name, word in (
+        (MemoryLink, "send", "on the link"),
+        (FlightLog, "frame_out", "logged"),
+    ):
+        monkeypatch.setattr(owner, name, noting(getattr(owner, name), word, notes))
     bench = Bench(tmp_path)
     bench.after("track", 0.0, lambda: setattr(bench.wire, "from_shim", bundles))
     bundles = Bundles(bench.wire.state_message)
@@ -56,3 +75,11 @@ def test_no_setpoint_waits_for_a_slow_disk(tmp_path, monkeypatch):
     assert SlowFile.writes > 2 * flown.outcome.flight_s
     # A write between a sample's arrival and its setpoint's departure would be seen here.
     assert max(r.values["latency_s"] for r in tracked) == 0.0
+    # Each packet is on the link before the log sees it.
+    assert notes[::2] == [("on the link", raw) for _, raw in notes[::2]]
+    assert notes[1::2] == [("logged", raw) for _, raw in notes[::2]]
+    # No chunk of the log holds more than half a second.
+    with (flown.folder / "flight.mcap").open("rb") as file:
+        chunks = make_reader(file).get_summary().chunk_indexes
+    assert len(chunks) > 2 * flown.outcome.flight_s
+    assert max(c.message_end_time - c.message_start_time for c in chunks) <= 0.5e9
