@@ -36,6 +36,8 @@ def draw(path: Path, runs: Sequence[tuple[Run, list[Fitted]]]) -> None:
 
 def _panel(axes: "Axes", run: Run, fit: Fitted) -> None:
     trend, gauge = fit.trend, fit.gauge
+    from matplotlib.ticker import MaxNLocator
+
     unit_s, unit = (60.0, "min") if fit.times_h[-1] < 1.5 else (1.0, "h")
     axes.plot([t * unit_s for t in fit.times_h], fit.values, ".", color="0.6", markersize=3)
     ends_h = (fit.warm_up_h, fit.times_h[-1])
@@ -52,4 +54,6 @@ def _panel(axes: "Axes", run: Run, fit: Fitted) -> None:
     axes.set_xlabel(unit)
     axes.set_ylabel(gauge.unit)
     axes.ticklabel_format(useOffset=False)
+    if gauge.limit_per_h == 0.0:
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(alpha=0.3)

@@ -4,8 +4,8 @@ import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -20,7 +20,7 @@ from tools.soak.plans import ROUND, FlightPlan, rounds
 LATENCY = ("latency_s", 1e-3)
 """Field of the control records, and 1 ms in its unit: from a sample to its setpoint."""
 COMPUTED = ("computed_us", 1e3)
-"""The same of the controller's processing: in lockstep no time passes while it computes."""
+"""The same of the controller's processor time: in lockstep no time passes while it computes."""
 _WINDOW_S = {REAL_TIME: 10.0, LONG: 60.0}
 _SHORTEST_FLIGHT_S = 40.0
 _HOUR_S = 3600.0
@@ -77,7 +77,7 @@ def many_flights(
     # The child is given more flights than it needs; it is ended at the end of a round.
     most = round(hours * _HOUR_S / _SHORTEST_FLIGHT_S / ROUND + 1) * ROUND
     plans = list(islice(rounds(autopilot, controller), most))
-    with _child(MANY, folder, plans) as said:
+    with closing(_said(MANY, folder, plans)) as said:
         for line in said:
             number = line["number"]
             flown = folder / f"flight-{number:04d}"
@@ -92,6 +92,7 @@ def many_flights(
             )
             if (number + 1) % ROUND == 0 and line["time_s"] >= hours * _HOUR_S:
                 break
+    shutil.rmtree(folder)
     return run
 
 
@@ -106,7 +107,7 @@ def _long(
     folder.mkdir(parents=True, exist_ok=True)
     write_figure_eight(Path(str(plan.trajectory)), minutes * 60.0)
     run = Run(mode)
-    with _child(mode, folder, [plan]) as said:
+    with closing(_said(mode, folder, [plan])) as said:
         for line in said:
             if line["what"] == "flown":
                 run.flights.append({**asdict(plan), **_ending(line)})
@@ -129,11 +130,10 @@ def _ending(line: dict[str, Any]) -> dict[str, Any]:
     return {name: line[name] for name in (*names, *times)}
 
 
-@contextmanager
-def _child(
+def _said(
     mode: str, folder: Path, plans: Sequence[FlightPlan]
-) -> Iterator[Iterator[dict[str, Any]]]:
-    """Start the process that flies; gives what it says, until it ends or is not needed any more.
+) -> Generator[dict[str, Any], None, None]:
+    """Start the process that flies; what it says, until it ends or the generator is closed.
 
     Raises:
         ChildError: it has failed.
@@ -154,13 +154,12 @@ def _child(
     ):
         assert process.stdout is not None
         try:
-            yield (json.loads(line) for line in process.stdout)
-        except BaseException:
+            for line in process.stdout:
+                yield json.loads(line)
+        except BaseException:  # enough has been said, among others
             process.kill()
             raise
-        if process.poll() is None and mode == MANY:
-            process.kill()  # enough has been flown
-            return
-        if process.wait() != 0:
-            text = complaints.read_text().strip()[-2000:]
-            raise ChildError(f"the process that flies ended with {process.returncode}: {text}")
+        status = process.wait()
+    if status != 0:
+        text = complaints.read_text().strip()[-2000:]
+        raise ChildError(f"the process that flies ended with status {status}: {text}")

@@ -104,6 +104,6 @@ def unplanned_endings(run: Run) -> list[str]:
 
 LATENCY_MEANS = {
     REAL_TIME: "from a sample's arrival to its setpoint's departure, in windows of 10 s",
-    LONG: "the controller's processing, in windows of 60 s",
-    MANY: "the controller's processing, of each flight",
+    LONG: "processor time of the controller, in windows of 60 s",
+    MANY: "processor time of the controller, of each flight",
 }
