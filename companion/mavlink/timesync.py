@@ -106,13 +106,19 @@ class ClockEstimator:
         return min((sample.round_trip_s for sample in self._samples), default=math.nan)
 
     @property
-    def present_round_trip_s(self) -> float:
-        """As `round_trip_s`, but at once longer when the link becomes slower."""
+    def way_there_s(self) -> float:
+        """How long what is sent now takes to the autopilot, by its clock; NaN before the first.
+
+        Half of the shortest round trip among the last; where the link has become slower, what an
+        answer's own age leaves of the round trip: which of the two ways it was then tells.
+        """
         shortest_s = self.round_trip_s
-        present_s = min(
-            (sample.round_trip_s for sample in list(self._samples)[-_PRESENT:]), default=math.nan
-        )
-        return present_s if present_s > shortest_s + _SLOWER_S else shortest_s
+        present = min(list(self._samples)[-_PRESENT:], key=lambda s: s.round_trip_s, default=None)
+        if present is None or present.round_trip_s <= shortest_s + _SLOWER_S:
+            return 0.5 * shortest_s * self._rate
+        came_s = present.middle_s + 0.5 * present.round_trip_s
+        back_s = self.autopilot_time(came_s) - present.autopilot_s
+        return max(0.0, present.round_trip_s * self._rate - back_s)
 
     def unanswered_since(self, since_s: float) -> float:
         """When the first question was asked of those after `since_s` that nobody has answered.

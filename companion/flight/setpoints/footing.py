@@ -168,7 +168,7 @@ def _verdict(footing: Footing, followed_m: float) -> Step:
         problem = f"the estimate of the velocity jumped by {astray_m_s:.1f} m/s"
     elif abs(footing.astray_rad) > _LARGEST_RAD:
         turn_deg = math.degrees(abs(footing.astray_rad))
-        problem = f"the estimate of the heading jumped by {turn_deg:.0f}°"
+        problem = f"the estimate of the heading jumped by {turn_deg:.0f} degrees"
     return Step(problem=problem)
 
 
@@ -180,7 +180,7 @@ def _told(jump_m: Vector3, jump_m_s: Vector3, jump_rad: float, announced: bool) 
     if jump_m_s != _NONE:
         parts.append(f"velocity by {math.hypot(*jump_m_s):.1f} m/s")
     if jump_rad != 0.0:
-        parts.append(f"heading by {math.degrees(abs(jump_rad)):.0f}°")
+        parts.append(f"heading by {math.degrees(abs(jump_rad)):.0f} degrees")
     if not parts:
         return ""
     how = "announced" if announced else "unannounced"

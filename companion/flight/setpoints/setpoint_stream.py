@@ -210,12 +210,12 @@ class SetpointStream:
     def loop_delay_s(self, state: VehicleState, now_s: float) -> float:
         """From a sample's time until a setpoint sent now acts, by the autopilot's clock.
 
-        The sample's age by the synchronised clock, and half the round trip for the way back.
+        The sample's age by the synchronised clock, and the setpoint's way there.
         """
         clock = self._connection.clock
         if not clock.valid:
             return 0.0
-        delay = self._age_s(state, now_s) + 0.5 * clock.present_round_trip_s * clock.rate
+        delay = self._age_s(state, now_s) + clock.way_there_s
         return max(0.0, min(_LONGEST_DELAY_S, delay))
 
     def _age_s(self, state: VehicleState, now_s: float) -> float:

@@ -135,7 +135,7 @@ def test_a_step_of_the_heading_is_told_and_a_large_one_is_not_flown_on(turn_deg,
     )
     verdict = next(v for state, _, v in found if state.time_s >= 1.0)
     assert bool(verdict.problem) is bad
-    assert ("heading by 10°" in verdict.remark) is not bad
+    assert ("heading by 10 degrees" in verdict.remark) is not bad
     assert bool(found[-1][2].problem) is bad
 
 
