@@ -1,4 +1,7 @@
-"""Ctrl-C while flying: lands; once more hands over; SIGTERM lands.
+"""Ctrl-C while flying: lands; once more hands over; SIGTERM and a lost terminal land.
+
+A terminal is lost when its window is closed or the network under it fails; a flight that shall
+outlive it is begun with `nohup`, and is then not bothered.
 
 After a hand-over any of them leaves the vehicle to who flies it: who ends a program, or the system
 that shuts down, does not ask for a landing under the pilot.
@@ -33,14 +36,18 @@ def commands_by_signal(inbox: Inbox, observer: Observer) -> Iterator[None]:
             inbox.put(PilotCommand.ABORT)
         inbox.interrupts += 1
 
+    ends = [signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        ends.append(signal.SIGHUP)
     try:
         loop.add_signal_handler(signal.SIGINT, on_interrupt)
-        loop.add_signal_handler(signal.SIGTERM, inbox.put, PilotCommand.END)
+        for number in ends:
+            loop.add_signal_handler(number, inbox.put, PilotCommand.END)
     except (ValueError, RuntimeError):
         yield
         return
     try:
         yield
     finally:
-        loop.remove_signal_handler(signal.SIGINT)
-        loop.remove_signal_handler(signal.SIGTERM)
+        for number in (signal.SIGINT, *ends):
+            loop.remove_signal_handler(number)

@@ -164,7 +164,7 @@ def _reason(error: Exception) -> str:
     """What a person should read of an error."""
     if isinstance(error, OSError):
         return error.strerror or str(error)
-    return f"{type(error).__name__}: {error}"
+    return f"{type(error).__name__}: {error}".removesuffix(": ")
 
 
 def _why_not(folder: Path, error: OSError) -> str:

@@ -229,19 +229,25 @@ def test_a_record_that_cannot_be_encoded_is_lost_alone(tmp_path):
 
 @pytest.mark.parametrize("method", ["flush", "close"])
 @pytest.mark.parametrize("name", ["_tlog", "_mcap"])
-def test_whatever_a_file_raises_gives_up_that_file_alone(tmp_path, monkeypatch, name, method):
+@pytest.mark.parametrize(
+    ("raised", "said"),
+    [(ValueError("broken"), "ValueError: broken"), (MemoryError(), "written: MemoryError")],
+)
+def test_whatever_a_file_raises_gives_up_that_file_alone(
+    tmp_path, monkeypatch, name, method, raised, said
+):
     log = FlightLog(tmp_path)
     fly(log, end_s=0.1)
 
     def fail(_self):
-        raise ValueError("broken")
+        raise raised
 
     monkeypatch.setattr(type(getattr(log, name)), method, fail)
     log.close()
     log.close()
 
     broken, whole = (TLOG_NAME, MCAP_NAME) if name == "_tlog" else (MCAP_NAME, TLOG_NAME)
-    assert "ValueError: broken" in log.trouble
+    assert said in log.trouble
     assert broken in log.trouble
     assert whole not in log.trouble
 
