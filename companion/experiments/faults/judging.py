@@ -27,6 +27,8 @@ _TILT_TOLERANCE_RAD = math.radians(0.1)
 _LARGEST_RATE_RAD_S = 12.0
 _OBEYED_WITHIN_S = 0.03
 """Three ticks: what is on its way when somebody takes over."""
+_TRUTH_LATE_S = 0.03
+"""The truth of a moment arrives up to so much later than what the vehicle sends in it."""
 _LEVEL_RAD = math.radians(0.01)
 
 
@@ -102,7 +104,7 @@ def measure(promise: Promise, evidence: Evidence) -> Measured:
     return Measured(
         ending=ending_of(evidence),
         began_s=began_s - first_s,
-        detected_after_s=math.nan if detected is None else detected.time_s - began_s,
+        detected_after_s=math.nan if detected is None else max(0.0, detected.time_s - began_s),
         detected_by="" if detected is None else detected.text,
         largest_tilt_deg=math.degrees(_largest(sent.tilt_rad)),
         true_tilt_deg=math.degrees(_largest(path.tilt_rad)),
@@ -200,7 +202,7 @@ def _of_the_row(promise: Promise, evidence: Evidence, measured: Measured) -> lis
         seen = measured.detected_after_s
         told = "never" if math.isnan(seen) else f"after {seen:.2f} s"
         broken.append(f"it was seen {told}, not within {promise.within_s:g} s")
-    since_s = -math.inf if math.isnan(began_s) else began_s
+    since_s = -math.inf if math.isnan(began_s) else began_s - _TRUTH_LATE_S
     for text, of_autopilot in ((promise.says, False), (promise.autopilot_says, True)):
         if text is not None and not _was_said(evidence, text, since_s, of_autopilot=of_autopilot):
             who = "the autopilot" if of_autopilot else "the companion"
@@ -238,7 +240,8 @@ def _detected(promise: Promise, evidence: Evidence, began_s: float) -> Said | No
     if promise.within_s is None and promise.says is None:
         return None
     for said in evidence.said:
-        if said.time_s < began_s or math.isnan(began_s) or said.text.startswith(_AUTOPILOT):
+        early = math.isnan(began_s) or said.time_s < began_s - _TRUTH_LATE_S
+        if early or said.text.startswith(_AUTOPILOT):
             continue
         promised = promise.says is not None and promise.says in said.text
         if promised or said.severity in ("warning", "error"):

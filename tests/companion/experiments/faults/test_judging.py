@@ -170,6 +170,13 @@ def test_a_warning_from_before_the_fault_does_not_count():
     )
 
 
+def test_a_word_that_overtakes_the_truth_comes_at_once():
+    said = (*evidence().said[2:], Said(FAULT_S - 0.02, "error", "the estimate has jumped"))
+    judgement = judge(PROMISE, evidence(said=said), LIMITS)
+    assert judgement.passed
+    assert judgement.measured.detected_after_s == 0.0
+
+
 def test_mere_information_counts_if_it_says_what_is_promised():
     said = (*evidence().said[2:], Said(FAULT_S + 0.1, "info", "the estimate has jumped"))
     assert broken(said=said) == ()
