@@ -4,13 +4,13 @@ import contextlib
 import weakref
 from tempfile import SpooledTemporaryFile
 
-_IN_MEMORY_BYTES = 256 * 1024
+_IN_MEMORY_BYTES = 64 * 1024
 
 
 class LogBytes:
     """What only grows, and is read anywhere.
 
-    What is longer than a few minutes lies in a temporary file: a vehicle that flies for hours takes
+    What is longer than a minute lies in a temporary file: a vehicle that flies for hours takes
     no more and more memory.
     """
 
