@@ -1,13 +1,17 @@
 """Floods over real sockets: what comes out, what a round of the loop does, what is told."""
 
 import asyncio
+import contextlib
+import os
 import socket
+import tty
 from functools import partial
 
 import pytest
 
 from companion.flight.vehicle.connection import Connection
 from companion.flight.vehicle.intake import BUDGET_BYTES, HELD_BYTES, RESERVE, STATE_CHARGE
+from companion.link.serial_port import SerialLink
 from companion.link.tcp import TcpInLink
 from companion.link.udp import UdpLink
 from companion.link.url import parse_link_url
@@ -242,3 +246,34 @@ async def test_strangers_get_a_bounded_hearing_while_nobody_is_the_peer():
     link.take(HEARTBEAT, ("192.0.2.1", 14580), 1.02)
 
     assert link.peer == ("192.0.2.1", 14580)
+
+
+async def test_a_flood_over_a_serial_line_is_read_to_its_end_and_the_newest_state_comes_out():
+    ours, theirs = os.openpty()
+    tty.setraw(ours)
+    os.set_blocking(ours, False)
+    link = SerialLink(parse_link_url(f"serial://{os.ttyname(theirs)}:921600"))
+    made = Vehicle(link, None)
+    packer = Packer(1, 1)
+    try:
+        await link.open()
+        flood = HEARTBEAT + b"".join(
+            BABBLE * 500 + odometry(number, packer) for number in range(40)
+        )
+        position = 0
+        for _ in range(100_000):
+            with contextlib.suppress(BlockingIOError):
+                position += os.write(ours, flood[position : position + 65_536])
+            await asyncio.sleep(0)
+            if made.samples and made.samples[-1].time_s == pytest.approx(39e-3):
+                break
+
+        assert position == len(flood)
+        assert made.samples[-1].time_s == pytest.approx(39e-3)
+        assert link.counters.bytes_in == len(flood)
+        assert made.connection.reception.held_bytes <= HELD_BYTES
+        assert made.troubles == []
+    finally:
+        link.close()
+        os.close(ours)
+        os.close(theirs)

@@ -278,7 +278,7 @@ class _Flight:
         if message_id == MessageId.SET_ATTITUDE_TARGET and raw[6] == 191:
             self._check_setpoint(payload)
         elif message_id == MessageId.TIMESYNC and self._setup.answers_time:
-            tc1, ts1 = struct.unpack("<qq", payload.ljust(16, b"\0"))
+            tc1, ts1 = struct.unpack_from("<qq", payload.ljust(16, b"\0"))
             if tc1 == 0:
                 answer = struct.pack("<qq", round(self._autopilot_s() * 1e9), ts1)
                 self._later(MessageId.TIMESYNC, answer)
@@ -294,7 +294,7 @@ class _Flight:
         self._link.receive(self._vehicle.pack(message_id, payload))
 
     def _check_setpoint(self, payload: bytes) -> None:
-        fields = _SETPOINT.unpack(payload.ljust(_SETPOINT.size, b"\0"))
+        fields = _SETPOINT.unpack_from(payload.ljust(_SETPOINT.size, b"\0"))
         quaternion, rates, thrust, mask = fields[1:5], fields[5:8], fields[8], fields[11]
         if not all(map(math.isfinite, fields[1:9])):
             self._note(f"a setpoint is not finite: {fields}")
