@@ -56,4 +56,5 @@ def _panel(axes: "Axes", run: Run, fit: Fitted) -> None:
     axes.ticklabel_format(useOffset=False)
     if gauge.limit_per_h == 0.0:
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_ylim(min(fit.values) - 1.0, max(fit.values) + 1.0)
     axes.grid(alpha=0.3)
