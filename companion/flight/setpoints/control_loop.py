@@ -242,7 +242,8 @@ class ControlLoop:
             shifted = footing.seen(self._footing, state)
             delay_s = min(loop_delay_s, _LONGEST_DELAY_S)
             tick = Tick(shifted, delay_s, self._desired_yaw_rad, track_s)
-            command, record, watch = runner.step(tick, timeline.position)
+            reference = footing.slid(self._footing, timeline.position)
+            command, record, watch = runner.step(tick, reference)
         except UnsoundCommandError as error:
             return None, error.record, runner.watch(), str(error)
         except Exception as error:
@@ -254,7 +255,7 @@ class ControlLoop:
             return None, None, watch, RESTARTING if self.rung is Rung.LEVEL else ""
         if isinstance(record.outer, MpcRecord):
             self._plan_status = record.outer.status
-        return command, record, watch, ""
+        return command, _unshifted(record, self._footing), watch, ""
 
     def _judge(
         self, now_s: float, state_age_s: float, problem: str, loop_delay_s: float = math.nan
@@ -272,3 +273,14 @@ class ControlLoop:
         field = self._runner.hold(climb_rate_m_s, cosine)
         field = 0.0 if self.idle else field
         return quaternion_from_euler(0.0, 0.0, yaw_of(state.attitude_flu_to_enu)), field
+
+
+def _unshifted(record: StackRecord, footing: Footing) -> StackRecord:
+    """What the controller says of places, in the local frame."""
+    if not footing.slides:
+        return record
+    shift = np.array(footing.shift_m)
+    outer = record.outer
+    if isinstance(outer, MpcRecord):
+        outer = replace(outer, predicted_position_m=outer.predicted_position_m + shift)
+    return replace(record, r2_m=record.r2_m + shift, outer=outer)

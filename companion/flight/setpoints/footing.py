@@ -1,11 +1,11 @@
 """Steps of the estimate: what a reset of the estimator, or a glitch, does to the vehicle's place.
 
 The vehicle has not moved; what is known of its place has.  A step that is small enough is followed
-without a bump: the controller goes on in a frame that is shifted by the step, and the shift is
-taken back smoothly, so that the vehicle slides to where the estimate now says that it belongs.
-Within the shifted frame place and velocity agree, so that no law of the controller notices.  A step
-that is too large for that ends tracking, unless the estimate comes back: of two places that far
-apart one is wrong, and which one nobody here can tell.
+without a bump: the controller goes on in a frame that is shifted by the step, so that none of its
+laws notices, and in that frame the reference slides to where the estimate now says that it belongs,
+slowly enough to be tracked, and with the preview that a plan needs.  Steps that come to more than
+that since the engagement end tracking, unless the estimate comes back: of two places that far apart
+one is wrong, and which one nobody here can tell.
 
 An estimator may announce a step (ODOMETRY's `reset_counter`); one that does not betrays it by a
 place that its velocity does not lead to.
@@ -14,10 +14,16 @@ Pure: memory and a sample in, memory and verdict out.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from companion.control.reference_model import Array
 from companion.frames import Vector3, wrap_angle_rad, yaw_of
 from companion.vehicle_state import VehicleState
+
+Positions = Callable[[Array], Array]
 
 _NONE: Vector3 = (0.0, 0.0, 0.0)
 _NOTICED_M = 0.10
@@ -33,8 +39,10 @@ _ACCELERATION_M_S2 = 20.0
 """No vehicle of this kind accelerates harder: a velocity changes by so much without a step."""
 _LONGEST_GAP_S = 1.0
 """After a longer silence nothing is known of where it must be."""
-_SLIDE_M_S = 0.5
-_SHORTEST_SLIDE_S = 1.0
+_SLIDE_M_S = 0.3
+_SHORTEST_SLIDE_S = 1.5
+_MOST_STEPS = 20
+"""An estimate that steps more often in a flight is not one to fly on."""
 _PEAK_SPEED = 1.875
 """Greatest slope of the smooth step over a unit of time."""
 
@@ -49,14 +57,11 @@ class Slide:
     """By the autopilot's clock."""
     lasts_s: float
 
-    def left(self, now_s: float) -> tuple[float, float]:
-        """How much of the shift is left, 1 … 0, and its rate, 1/s: a smooth step of 5th order."""
-        s = (now_s - self.begun_s) / self.lasts_s
-        if s >= 1.0:
-            return 0.0, 0.0
-        s = max(0.0, s)
-        share = 1.0 - s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
-        return share, -30.0 * (s * (1.0 - s)) ** 2 / self.lasts_s
+    def done(self, times_s: Array) -> Array:
+        """Shares (samples,) of the step that are done at times, 0 … 1: smooth, of 5th order."""
+        s = np.clip((times_s - self.begun_s) / self.lasts_s, 0.0, 1.0)
+        shares: Array = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+        return shares
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +69,10 @@ class Footing:
     """What is remembered of the estimate from sample to sample."""
 
     newest: VehicleState | None = None
+    shift_m: Vector3 = _NONE
+    """Steps that were followed, added up, ENU: by so much the controller's frame is shifted."""
     slides: tuple[Slide, ...] = ()
-    """That are not over."""
+    """By which they were, oldest first."""
     astray_m: Vector3 = _NONE
     """Steps of the place that are not followed, added up, ENU."""
     astray_m_s: Vector3 = _NONE
@@ -114,7 +121,8 @@ def step(footing: Footing, state: VehicleState, followed_m: float) -> tuple[Foot
         jump_rad = 0.0
     moved = Footing(
         state,
-        tuple(slide for slide in footing.slides if slide.left(state.time_s)[0] > 0.0),
+        footing.shift_m,
+        footing.slides,
         _plus(footing.astray_m, jump_m),
         _plus(footing.astray_m_s, jump_m_s),
         footing.astray_rad + jump_rad,
@@ -128,14 +136,28 @@ def step(footing: Footing, state: VehicleState, followed_m: float) -> tuple[Foot
 
 def seen(footing: Footing, state: VehicleState) -> VehicleState:
     """The sample as the controller is to see it: in the shifted frame."""
-    position, velocity = state.position_enu_m, state.velocity_enu_m_s
-    for slide in footing.slides:
-        share, rate = slide.left(state.time_s)
-        position = _minus(position, _times(share, slide.shift_m))
-        velocity = _minus(velocity, _times(rate, slide.shift_m))
     if not footing.slides:
         return state
-    return replace(state, position_enu_m=position, velocity_enu_m_s=velocity)
+    return replace(state, position_enu_m=_minus(state.position_enu_m, footing.shift_m))
+
+
+def slid(footing: Footing, position: Positions) -> Positions:
+    """The reference as the controller is to see it: in the shifted frame, sliding.
+
+    Args:
+        footing: of the sample.
+        position: desired positions (samples, 3), ENU m, at times of the autopilot's clock.
+    """
+    if not footing.slides:
+        return position
+
+    def shifted(times_s: Array) -> Array:
+        desired = position(times_s)
+        for slide in footing.slides:
+            desired = desired - slide.done(times_s)[:, None] * np.array(slide.shift_m)
+        return desired
+
+    return shifted
 
 
 def _jump_m(before: VehicleState, state: VehicleState, passed_s: float) -> Vector3:
@@ -146,24 +168,25 @@ def _jump_m(before: VehicleState, state: VehicleState, passed_s: float) -> Vecto
 
 
 def _followed(footing: Footing) -> Footing:
-    """From now on what is astray is slid to."""
-    state, shift = footing.newest, footing.astray_m
+    """From now on what is astray is followed."""
+    state, step_m = footing.newest, footing.astray_m
     assert state is not None
-    slides = footing.slides
-    if shift != _NONE:
-        lasts_s = max(_SHORTEST_SLIDE_S, _PEAK_SPEED * math.hypot(*shift) / _SLIDE_M_S)
-        slides = (*slides, Slide(shift, state.time_s, lasts_s))
-    return Footing(state, slides)
+    if step_m == _NONE:
+        return Footing(state, footing.shift_m, footing.slides)
+    lasts_s = max(_SHORTEST_SLIDE_S, _PEAK_SPEED * math.hypot(*step_m) / _SLIDE_M_S)
+    slides = (*footing.slides, Slide(step_m, state.time_s, lasts_s))
+    return Footing(state, _plus(footing.shift_m, step_m), slides)
 
 
 def _verdict(footing: Footing, followed_m: float) -> Step:
     """Why the estimate cannot be followed, if it cannot."""
-    astray_m, astray_m_s = math.hypot(*footing.astray_m), math.hypot(*footing.astray_m_s)
-    now_s = 0.0 if footing.newest is None else footing.newest.time_s
-    sliding_m = sum(math.hypot(*s.shift_m) * s.left(now_s)[0] for s in footing.slides)
+    astray_m_s = math.hypot(*footing.astray_m_s)
+    shift_m = math.hypot(*_plus(footing.shift_m, footing.astray_m))
     problem = ""
-    if astray_m > 0.0 and astray_m + sliding_m > followed_m:
-        problem = f"the estimate of the position jumped by {astray_m + sliding_m:.1f} m"
+    if footing.astray_m != _NONE and shift_m > followed_m:
+        problem = f"the estimate of the position jumped by {shift_m:.1f} m"
+    elif len(footing.slides) > _MOST_STEPS:
+        problem = f"the estimate of the position jumped {len(footing.slides)} times"
     elif astray_m_s > _LARGEST_M_S:
         problem = f"the estimate of the velocity jumped by {astray_m_s:.1f} m/s"
     elif abs(footing.astray_rad) > _LARGEST_RAD:
