@@ -59,7 +59,8 @@ def _no_to_files(frame: Frame, asker: Target) -> Outgoing:
 
 def _no_to_extended_parameter(frame: Frame) -> Outgoing:
     """PARAM_EXT_ACK; it repeats name, value and type."""
-    _, _, name, value, kind = _PARAM_EXT.unpack(frame.payload.ljust(_PARAM_EXT.size, b"\0"))
+    payload = frame.payload.ljust(_PARAM_EXT.size, b"\0")
+    _, _, name, value, kind = _PARAM_EXT.unpack_from(payload)
     return Outgoing(_PARAM_EXT_ACK, _PARAM_EXT_ANSWER.pack(name, value, kind, _PARAM_EXT_FAILED))
 
 

@@ -10,6 +10,9 @@ from companion.flight.records import CHANNELS
 from companion.flight.replay.recorded import ReplayError
 from companion.flight.replay.recorded import read_flight as read_for_replay
 from companion.identification.estimates import UnidentifiedError
+from companion.mavlink.framing import Frame
+from companion.mavlink.messages import Target
+from companion.mavlink.stand_in import denial
 from companion.recording.mcap_log import McapLog
 from companion.report.flight_data import read_flight
 from companion.report.identification_log import read_identification
@@ -125,3 +128,22 @@ def test_a_replay_of_what_is_no_flight_is_refused_in_words(log_of, records):
 def test_an_identification_of_what_is_no_flight_is_refused_in_words(log_of, records):
     with pytest.raises(UnidentifiedError, match=r"flight\.mcap|Fly it again"):
         read_identification(log_of(*records))
+
+
+def test_a_parameter_that_is_longer_than_its_message_is_denied_all_the_same():
+    frame = Frame(
+        b"\xfd"
+        + bytes([255, 0, 0, 0, 255, 190])
+        + (323).to_bytes(3, "little")
+        + bytes(range(255))
+        + b"\0\0",
+        2,
+        323,
+        255,
+        190,
+        0,
+        False,
+    )
+    answer = denial(frame, Target(255, 190))
+    assert answer is not None
+    assert answer.payload[:16] == frame.payload[2:18]
