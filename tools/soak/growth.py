@@ -42,7 +42,7 @@ class Census:
     @property
     def ours(self) -> int:
         """Objects of the project's own classes."""
-        return sum(n for kind, n in self.by_type.items() if kind.__module__.startswith(_OURS))
+        return sum(n for kind, n in self.by_type.items() if str(kind.__module__).startswith(_OURS))
 
 
 def census(time_s: float) -> Census:
@@ -93,12 +93,13 @@ def listed(autopilot: str, controller: str | None, faults: str | None, minutes: 
         f"{(after.blocks - before.blocks) / flown_min:+.0f} blocks of memory a minute",
         f"{(after.items - before.items) / flown_min:+.0f} items in lists, dicts, sets a minute",
         f"{(after.ours - before.ours) / flown_min:+.1f} objects of the project a minute",
-        *_types(before, after, flown_min),
+        *types_more(before, after, flown_min),
         *_places(first, last, flown_min),
     ]
 
 
-def _types(before: Census, after: Census, flown_min: float) -> list[str]:
+def types_more(before: Census, after: Census, flown_min: float) -> list[str]:
+    """Of what there are more, a line for each type, the most first."""
     grown = after.by_type - before.by_type
     return [
         f"{count / flown_min:+10.1f} a minute  {kind.__module__}.{kind.__qualname__}"
