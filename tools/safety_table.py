@@ -61,7 +61,7 @@ def _each(flights: list[dict[str, Any]], tell: Callable[[dict[str, Any]], str]) 
     told = {_SHORT[flight["autopilot"]]: tell(flight) for flight in flights}
     if len(set(told.values())) == 1 and len(told) > 1:
         return str(next(iter(told.values())))
-    return ", ".join(f"{name} {text}" for name, text in told.items()) or "–"
+    return "; ".join(f"{name} {text}" for name, text in told.items()) or "–"
 
 
 def _after(flight: dict[str, Any]) -> str:
@@ -164,11 +164,12 @@ def main() -> int:
     if unknown:
         parser.error(f"{options.faults} lacks {', '.join(unknown)}: run the whole table")
     made = written["made"]
+    commit = f" (commit {made['commit']})" if made["commit"] else ""
     note = (
-        f"Measured by `{made['command']}`"
-        + (f" (commit {made['commit']})" if made["commit"] else "")
-        + ": *after* counts from the fault's beginning to the first word about it; the error is "
-        "the mean over the trajectory, against the truth.\n"
+        f"Measured by `{made['command']}`{commit}: *after* counts from the\n"
+        "fault's beginning to the first word about it, and errors are means over the trajectory, "
+        "against the\n"
+        "truth. `companion faults --only NAME` flies a row.\n"
     )
     before, _, behind = split(text)
     DOCS.write_text(

@@ -54,7 +54,7 @@ def test_what_both_autopilots_have_in_common_is_told_once():
             "the table has no row like `loss`: Else.",
         ),
         (
-            lambda rows: (*rows[:-1], rows[-1].model_copy(update={"after": "at once"})),
+            lambda rows: (*rows[:-1], rows[-1].model_copy(update={"after": "never"})),
             f"{ROWS[-1].name} says something else",
         ),
     ],
