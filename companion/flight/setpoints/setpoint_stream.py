@@ -293,9 +293,9 @@ class SetpointStream:
     def _act(self, output: Output, autopilot_s: float) -> bool:
         """Send an output and tell of a change on the ladder; True if a setpoint went out."""
         sent = False
+        if self._stood_still():
+            return False
         if output.attitude_flu_to_enu is not None:
-            if self._stood_still():
-                return False
             try:
                 message = setpoint_message(
                     setpoint_of(output, output.attitude_flu_to_enu),
