@@ -94,4 +94,5 @@ def _plain(section: MissionConfig | VehicleConfig | ControllerConfig) -> dict[st
 def _trajectory_text(mission: MissionConfig) -> str:
     if isinstance(mission.trajectory, int):
         return ""
-    return Path(mission.trajectory).read_text(encoding="utf-8")
+    path = Path(mission.trajectory)  # an experiment's name is no file
+    return path.read_text(encoding="utf-8") if path.is_file() else ""
