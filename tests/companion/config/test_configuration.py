@@ -321,7 +321,8 @@ def test_paths_in_a_mission_are_relative_to_it_and_options_to_where_one_is(tmp_p
         text = source.read_text(encoding="utf-8").replace("hover_thrust: 0.5", "hover_thrust: 0.4")
         (folder / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    text = "vehicle: mine.yaml\ncontroller: gains.yaml\nwind: w.yaml\ntrajectory: own.csv\nfaults: f.yaml\n"
+    text = "vehicle: mine.yaml\ncontroller: gains.yaml\nwind: w.yaml\ntrajectory: own.csv\n"
+    text += "faults: f.yaml\n"
     (folder / "m.yaml").write_text(text, encoding="utf-8")
 
     config = load_flight(Path("missions/m.yaml"), {}, {})
