@@ -14,7 +14,7 @@ from companion.flight.configuration_record import recorded_configuration
 from companion.flight.records import CONFIGURATION, CONTROL, INPUT
 from companion.flight.setpoints.inputs import HOLD, START
 from companion.mavlink.framing import Frame, Framer
-from companion.mavlink.messages import MessageId
+from companion.mavlink.messages import COMPONENT_ONBOARD_COMPUTER, MessageId
 from companion.recording.flight_log import MCAP_NAME, TLOG_NAME
 from companion.recording.mcap_log import LogRecord, read_records
 from companion.recording.tlog import TlogRecord, read_tlog
@@ -166,10 +166,17 @@ def _configuration(
 
 
 def _setpoints(packet: TlogRecord) -> Iterator[SentSetpoint]:
+    """Those of the companion itself: clients' that were passed on are not its doing.
+
+    It sends as the vehicle's onboard computer, an address that no client may have.
+    """
     for frame in Framer().feed(packet.raw):
-        if frame.message_id == MessageId.SET_ATTITUDE_TARGET:
-            payload = frame.payload.ljust(_SETPOINT.size, b"\0")
-            yield SentSetpoint(packet.time_us * 1e-6, payload)
+        if frame.message_id != MessageId.SET_ATTITUDE_TARGET:
+            continue
+        payload = frame.payload.ljust(_SETPOINT.size, b"\0")[: _SETPOINT.size]
+        sent = SentSetpoint(packet.time_us * 1e-6, payload)
+        if (frame.system_id, frame.component_id) == (sent.target[0], COMPONENT_ONBOARD_COMPUTER):
+            yield sent
 
 
 def _steps(

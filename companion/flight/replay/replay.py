@@ -173,7 +173,8 @@ class _Samples:
     def __init__(self, flight: RecordedFlight) -> None:
         self.source = StateSource.ODOMETRY
         self._reader = StateReader()
-        self._peers = PeerTable(wanted_system_id=flight.config.mission.link.system_id)
+        link = flight.config.mission.link
+        self._peers = PeerTable(link.system_id, link.component_id)
         self._frames = flight.received
         self._place = 0
 
