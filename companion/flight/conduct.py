@@ -6,12 +6,13 @@ The same for real time and lockstep: whoever calls it brings the link and the lo
 import asyncio
 import contextlib
 import traceback
-from collections.abc import AsyncIterator, Coroutine, Mapping, Sequence
+from collections.abc import AsyncIterator, Coroutine, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
 
 from companion.config.resolve import FlightConfig
+from companion.config.yaml_source import ConfigError
 from companion.control.qp.port import QpSolverFactory
 from companion.flight.assemble import supervisor_limits
 from companion.flight.assemble_plus import thrust_before_asking
@@ -141,9 +142,11 @@ async def conduct(
 
     def adopt(thrust: ThrustMeaning) -> None:
         if trial is not None:
-            trial.adopt(thrust)
+            with _refusing():
+                trial.adopt(thrust)
             return
-        stacks = make_stacks(config, make_solver, thrust=thrust)
+        with _refusing():
+            stacks = make_stacks(config, make_solver, thrust=thrust)
         control.adopt(stacks, supervisor_limits(config.mission))
         stream.note(inputs.ADOPT, inputs.adopt_values(thrust))
 
@@ -230,6 +233,19 @@ async def conduct(
         changes=tuple(stream.changes),
         monitor_worst=stream.monitor_worst,
     )
+
+
+@contextlib.contextmanager
+def _refusing() -> Iterator[None]:
+    """Whether the files go together with this autopilot is known once it has been asked.
+
+    Raises:
+        FlightRefusedError: they don't.
+    """
+    try:
+        yield
+    except ConfigError as error:
+        raise FlightRefusedError(str(error)) from error
 
 
 @contextlib.asynccontextmanager

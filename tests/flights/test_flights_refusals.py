@@ -190,3 +190,10 @@ def test_a_landing_that_the_autopilot_does_not_begin_is_left_to_it(bench):
     assert len([t for t, _, _ in flown.wire.mode_requests() if t >= begun]) == 3
     (said,) = flown.told("handed over: the autopilot did not acknowledge the change to mode land")
     assert flown.wire.setpoints_after(said) == []
+
+
+def test_a_controller_that_the_vehicles_file_says_too_little_for_under_this_autopilot(bench):
+    """PX4 takes thrust, and the file knows only how this vehicle answers a climb rate."""
+    flown = bench.fly(options={"vehicle": "arducopter", "controller": "mpc-l1-plus"})
+    assert_refused(flown, "mpc-l1-plus commands thrust here, and the file of 'arducopter' does not")
+    assert flown.outcome.note.startswith("mpc-l1-plus ")

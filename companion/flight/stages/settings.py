@@ -43,7 +43,8 @@ class Settings:
             connection: to the vehicle.
             stream: which must not go on with a meaning that is not true any more.
             voice: tells a person.
-            adopt: makes the stream fly by a meaning of the thrust field.
+            adopt: makes the stream fly by a meaning of the thrust field; raises
+                FlightRefusedError where the controller can't.
         """
         self.takeoff_height_m = mission.takeoff_height_m
         """How high the autopilot's take-off goes, above the ground."""
@@ -101,9 +102,9 @@ class Settings:
         self._taken = {**before, **values}
         self._values = self._taken
         if meaning != self._meaning:
+            self._adopt(meaning)
             if self._meaning is not None:
                 self._voice.tell("warning", f"{_changes(before, values)}; flown accordingly")
-            self._adopt(meaning)
             self._meaning = meaning
         self._limit_pause()
         self._set_height()
