@@ -4,6 +4,7 @@ from companion.flight.errors import FlightAbortedError, HandedOverError
 from companion.flight.inbox import PilotCommand
 from companion.flight.stages.crew import Flight
 from companion.flight.stages.leaving import leave
+from companion.flight.stages.tracking import outside_geofence
 from companion.flight.vehicle.reports import LANDED_ON_GROUND
 from companion.mavlink.commands import disarm
 from companion.mavlink.exchange import Verdict
@@ -68,13 +69,16 @@ async def wait_for_word(flight: Flight, reason: str) -> PilotCommand:
         nonlocal word
         while word is None and flight.inbox.waiting:
             word = flight.inbox.take()
-            if word is PilotCommand.RESUME and on_ground():
-                voice.tell("warning", "not resumed: the vehicle is on the ground")
+            problem = not_to_be_resumed() if word is PilotCommand.RESUME else ""
+            if problem:
+                voice.tell("warning", f"not resumed: {problem}")
                 word = None
         return word is not None or not connection.reports.armed
 
-    def on_ground() -> bool:
-        return connection.reports.landed_state == LANDED_ON_GROUND
+    def not_to_be_resumed() -> str:
+        if connection.reports.landed_state == LANDED_ON_GROUND:
+            return "the vehicle is on the ground"
+        return outside_geofence(flight)
 
     try:
         await connection.waiting.until(

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from companion.flight.assemble import fence_infeasibilities
+from companion.flight.assemble import fence_infeasibilities, supervisor_limits
 from companion.flight.errors import FlightAbortedError, FlightRefusedError, HandedOverError
 from companion.flight.setpoints.placement import PlacedTrajectory, Placement, place
 from companion.flight.setpoints.timeline import SHORTEST_MOVE_S, Timeline, plan_timeline
@@ -172,8 +172,8 @@ async def _look_again(flight: Flight) -> None:
 
     Raises:
         FlightAbortedError: to what cannot be flown.
-        HandedOverError: the same, or there is no state to fly on, when others have flown the
-            vehicle meanwhile: they go on.
+        HandedOverError: the same, or there is no state to fly on, or the vehicle is outside the
+            geofence, when others have flown it meanwhile: they go on.
     """
     now_s = asyncio.get_running_loop().time()
     if flight.authority.handed_over and not flight.connection.samples.arriving(now_s):
@@ -184,6 +184,24 @@ async def _look_again(flight: Flight) -> None:
         if flight.authority.handed_over:
             raise HandedOverError(f"not resumed: {error}".rstrip(".")) from error
         raise FlightAbortedError(str(error)) from error
+    outside = outside_geofence(flight)
+    if flight.authority.handed_over and outside:
+        raise HandedOverError(f"not resumed: {outside}")
+
+
+def outside_geofence(flight: Flight) -> str:
+    """How far outside the vehicle is, and the remedy; empty if it is not, or nobody can say.
+
+    The ladder would give it up again as soon as it was taken.
+    """
+    connection, placement = flight.connection, flight.progress.placement
+    state = connection.state
+    arriving = connection.samples.arriving(asyncio.get_running_loop().time())
+    if placement is None or state is None or not arriving:
+        return ""
+    limits = supervisor_limits(flight.mission).about(placement.anchor_enu_m)
+    breach = limits.breach(state.position_enu_m)
+    return f"{breach}; fly it inside first" if breach else ""
 
 
 def _settled_placement(flight: Flight) -> Placement:
