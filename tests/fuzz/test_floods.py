@@ -20,6 +20,7 @@ from companion.mavlink.peers import vehicle_heartbeat_in
 
 LOOPBACK = "127.0.0.1"
 FLOOD = 50_000
+ROUND_S = 0.01
 AT_ONCE = 250
 """Sent between two rounds of the loop: more than a turn's budget, less than any system keeps."""
 HEARTBEAT = Packer(1, 1).pack(
@@ -65,6 +66,7 @@ class Vehicle:
         self.address = address
         self.log = Log()
         self.connection = Connection(link, self.log)
+        self.now_s = 0.0
         self.told = []
         self.troubles = []
         self.samples = []
@@ -79,25 +81,34 @@ class Vehicle:
             self.socket.sendto(data, self.address)
 
 
-async def rounds(until_true, most=100_000):
+async def one_round(vehicle=None):
+    """Let the loop go round once; by a vehicle's clock that takes 10 ms."""
+    if vehicle is not None:
+        vehicle.now_s += ROUND_S
+    await asyncio.sleep(0)
+
+
+async def rounds(until_true, most=100_000, vehicle=None):
     """Let the loop go round; how often it did."""
     for count in range(most):
         if until_true():
             return count
-        await asyncio.sleep(0)
+        await one_round(vehicle)
     raise AssertionError("it never came about")
 
 
 @pytest.fixture
-async def vehicle():
+async def vehicle(monkeypatch):
+    """Its clock is the loop's: how busy this computer is must not make pauses of its own."""
     link = UdpLink(parse_link_url(f"udpin://{LOOPBACK}:0"), vehicle_heartbeat_in)
     sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     made = Vehicle(link, sock)
+    monkeypatch.setattr(asyncio.get_running_loop(), "time", lambda: made.now_s)
     await link.open()
     made.address = (LOOPBACK, link.local[1])
     sock.bind((LOOPBACK, 0))
     made.say(HEARTBEAT)
-    await rounds(lambda: made.connection.peers.vehicle is not None)
+    await rounds(lambda: made.connection.peers.vehicle is not None, vehicle=made)
     yield made
     link.close()
     sock.close()
@@ -111,7 +122,7 @@ async def flood_of(vehicle, say, packet_of):
             say(packet_of(number))
         for _ in range(2):
             before = vehicle.log.frames
-            await asyncio.sleep(0)
+            await one_round(vehicle)
             most = max(most, vehicle.log.frames - before)
     return most
 
@@ -127,7 +138,7 @@ async def test_a_flood_of_a_stranger_is_dropped_by_its_address_and_the_state_pas
                 stranger.sendto(HEARTBEAT, vehicle.address)
             vehicle.say(odometry(start, packer))
             await rounds(lambda start=start: vehicle.samples[-1:] and vehicle.samples[-1].time_s
-                         == pytest.approx(start * 1e-3))  # fmt: skip
+                         == pytest.approx(start * 1e-3), vehicle=vehicle)  # fmt: skip
 
     assert vehicle.link.counters.foreign_packets == FLOOD
     assert looked_at == [], "not one was parsed"
@@ -141,7 +152,10 @@ async def test_a_flood_of_states_from_the_peer_ends_with_the_newest(vehicle):
 
     most = await flood_of(vehicle, vehicle.say, partial(odometry, packer=packer))
     last = (FLOOD - 1) * 1e-3
-    await rounds(lambda: vehicle.samples and vehicle.samples[-1].time_s == pytest.approx(last))
+    await rounds(
+        lambda: vehicle.samples and vehicle.samples[-1].time_s == pytest.approx(last),
+        vehicle=vehicle,
+    )
 
     # In a round a turn may end and another begin.
     assert most <= 2 * (BUDGET_BYTES // STATE_CHARGE + RESERVE) + 2
@@ -153,6 +167,42 @@ async def test_a_flood_of_states_from_the_peer_ends_with_the_newest(vehicle):
     assert len(vehicle.told) == 1
     assert str(counters.excess_packets) in vehicle.connection.reception.flood_remark
     assert vehicle.troubles == []
+
+
+@pytest.mark.parametrize("stall_s", [0.12, 0.25])
+async def test_what_piled_up_while_the_companion_stood_still_is_all_dealt_with(vehicle, stall_s):
+    """Of ordinary traffic, 141 kB/s as it is charged."""
+    packer = Packer(1, 1)
+    states, others = round(170 * stall_s), round(675 * stall_s)
+    said = [odometry(1 + number, packer) for number in range(states)]
+    said += [BABBLE] * others
+    for _ in range(3):
+        vehicle.now_s += stall_s
+        for packet in said:
+            vehicle.say(packet)
+        for _ in range(10):
+            await one_round(vehicle)
+
+    assert vehicle.log.frames == 1 + 3 * len(said), "all of it is in the recording"
+    assert vehicle.told == []
+    assert vehicle.connection.reception.flood_remark == ""
+
+
+async def test_more_than_can_be_made_up_for_is_not_blamed_on_the_vehicle(vehicle):
+    for number in range(3):
+        vehicle.now_s += 3.0
+        for _ in range(10):
+            vehicle.connection.reception.take(BABBLE * 250, vehicle.now_s)
+        vehicle.connection.reception.take(odometry(1 + number, Packer(1, 1)), vehicle.now_s)
+        for _ in range(10):
+            await one_round(vehicle)
+
+    assert [state.time_s for state in vehicle.samples] == pytest.approx([0.001, 0.002, 0.003])
+    assert vehicle.link.counters.excess_packets > 0
+    assert vehicle.told == []
+    remark = vehicle.connection.reception.flood_remark
+    assert "while the companion or the link stood still" in remark
+    assert "floods" not in remark
 
 
 async def test_a_babbling_peer_costs_no_state_and_no_round_of_the_loop(vehicle):
@@ -177,7 +227,10 @@ async def test_a_babbling_peer_costs_no_state_and_no_round_of_the_loop(vehicle):
 
     most = await flood_of(vehicle, vehicle.say, packet_of)
     last = (FLOOD - 1) * 1e-3
-    await rounds(lambda: vehicle.samples and vehicle.samples[-1].time_s == pytest.approx(last))
+    await rounds(
+        lambda: vehicle.samples and vehicle.samples[-1].time_s == pytest.approx(last),
+        vehicle=vehicle,
+    )
     task.cancel()
 
     assert most <= 2 * (PER_TURN + RESERVE)
@@ -196,7 +249,7 @@ async def test_a_heartbeat_and_an_answer_within_a_flood_are_not_lost(vehicle):
         vehicle.say(BABBLE if number != 2000 else HEARTBEAT + answer)
         if number % 500 == 0:
             await asyncio.sleep(0)
-    await rounds(lambda: acks)
+    await rounds(lambda: acks, vehicle=vehicle)
 
     assert acks == [511]
     assert vehicle.connection.reports.heartbeats == beats + 1

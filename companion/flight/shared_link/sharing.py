@@ -58,9 +58,10 @@ async def shared_link(flight: Flight) -> AsyncIterator[None]:
         async with _forwarded(flight):
             yield
     finally:
-        remark = flight.connection.reception.flood_remark
-        if remark:
-            flight.voice.tell("warning", remark)
+        reception = flight.connection.reception
+        if reception.flood_remark:
+            severity = "warning" if reception.flooded else "info"
+            flight.voice.tell(severity, reception.flood_remark)
 
 
 @contextlib.asynccontextmanager

@@ -103,7 +103,7 @@ class Connection:
             link,
             self.framer,
             Gate(self.admission.admit, self._note, self._may_be_vehicle),
-            lambda: self.loop_rate,
+            lambda: self.clock.rate if self.clock.valid else None,
             self._deal_with,
         )
         self.health = Health()

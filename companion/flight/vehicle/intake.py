@@ -6,6 +6,9 @@ is dropped and counted, and what the flight rests on is dropped last: of the veh
 heartbeats and its answers the newest of each kind is kept until the turn's end.  Below the limits
 everything passes at once and in order.
 
+What piled up while this process, or the link, stood still is no flood: a turn that follows a pause
+may hold as much more.
+
 Pure: bytes and times in, frames out.
 """
 
@@ -27,6 +30,9 @@ than 1 kB and ten packets in a turn, 2 kB as they are charged here.  Eight times
 for bursts: the fullest turns of simulated flights, with parameters read, come to 5.8 kB.  Dealing
 with 16 kB takes about 4 ms of the turn's 20 in any mixture.
 """
+MOST_TURNS = 10.0
+"""After a pause, so many turns' budgets are dealt with in one: more than a second of what an
+autopilot sends at full rate (141 kB/s as charged here), in 40 ms at most."""
 _SMALLEST_CHARGE = 80
 """A packet costs time, however short it is."""
 STATE_CHARGE = 512
@@ -95,6 +101,15 @@ class Intake:
         self._counters = counters
         self._turn_s: float | None = None
         """When the turn began; None before the first."""
+        self.flooded_turns = 0
+        """Turns in a row, up to the last one that ended, for which more came than there is time
+        for, the pause before them reckoned in."""
+        self._turns = 1.0
+        """How long before this turn the last one began, in turns."""
+        self._granted = 1.0
+        """How many turns' budgets this one has."""
+        self._came = 0.0
+        """In this turn, as charged."""
         self._spent = 0.0
         self._looked = 0
         self._reserve: dict[Kind, int] = {}
@@ -135,13 +150,28 @@ class Intake:
 
     def release(self, now_s: float, *, whole: bool) -> list[Frame]:
         """Begin a turn; give what was held until its beginning."""
-        self._turn_s, self._spent, self._looked = now_s, 0.0, 0
+        self._grant(now_s)
+        self._spent, self._looked = 0.0, 0
         self._reserve.clear()
         held, self._held = list(self._held.values()), {}
         tail, self._tail = self._tail, b""
         if tail:
             held += self._look(tail, now_s, whole)
-        return self._sift(held) if held else held
+        frames = self._sift(held) if held else held
+        self._came = 0.0  # that came in the turn before
+        return frames
+
+    def _grant(self, now_s: float) -> None:
+        """How much the turn that begins may hold.
+
+        One that follows more than there was time for has no share of a pause: on a computer that
+        takes long over a flood, each turn would last as long as the one before.
+        """
+        flooded = self._came > BUDGET_BYTES * self.pace * self._turns
+        self.flooded_turns = self.flooded_turns + 1 if flooded else 0
+        self._turns = 1.0 if self._turn_s is None else max(1.0, (now_s - self._turn_s) / TURN_S)
+        self._granted = 1.0 if flooded else min(self._turns, MOST_TURNS)
+        self._turn_s = now_s
 
     def break_off(self) -> None:
         """What was begun has no continuation: the link was lost."""
@@ -173,6 +203,7 @@ class Intake:
 
     def _hold(self, data: bytes) -> list[Frame]:
         """Keep the newest bytes for the turn's end; always gives no frames."""
+        self._came += max(len(data), BUDGET_BYTES * self.pace)
         waiting = self._tail + data[-HELD_BYTES:]
         self._counters.excess_bytes += len(self._tail) + len(data)
         self._tail = waiting[-HELD_BYTES:]
@@ -185,8 +216,10 @@ class Intake:
     def _sift(self, frames: list[Frame]) -> list[Frame]:
         """The frames that there is time for, in order; of the essential ones some are held."""
         charges = [_charge(frame) for frame in frames]
-        spent = self._spent + sum(charges)
-        budget = BUDGET_BYTES * self.pace
+        came = sum(charges)
+        self._came += came
+        spent = self._spent + came
+        budget = BUDGET_BYTES * self.pace * self._granted
         if spent <= budget:
             self._spent = spent
             return frames

@@ -11,6 +11,11 @@ _FLOOD = (
     "more comes over the link than there is time for: the newest of what the flight needs is kept, "
     "the rest is dropped and counted"
 )
+_FLOODED_TURNS = 25
+"""In a row, half a second: a burst is no flood."""
+_FLOODED_TURNS_UNTIMED = 100
+"""The same while the pace of the vehicle's clock is not known: it may be a simulation in fast
+motion."""
 
 
 class Reception:
@@ -21,7 +26,7 @@ class Reception:
         link: Link,
         framer: Framer,
         gate: Gate,
-        pace: Callable[[], float],
+        pace: Callable[[], float | None],
         deal_with: Callable[[list[Frame], float], None],
     ) -> None:
         """Prepare.
@@ -30,17 +35,19 @@ class Reception:
             link: where the bytes come from.
             framer: cuts the stream.
             gate: who is let in.
-            pace: of the vehicle's clock by ours.
+            pace: of the vehicle's clock by ours; None while that is not known.
             deal_with: given frames, in order, and the loop's time.
         """
         self.on_flood: Callable[[str], None] | None = None
-        """Told once if more comes from the peer than there is time for."""
+        """Told once if for a while more comes from the peer than there is time for."""
+        self.flooded = False
+        """That has been so.  What is dropped after a pause of this process, or in a burst, is no
+        flood."""
         self._intake = Intake(framer, gate, link.counters)
         self._link = link
         self._pace = pace
         self._deal_with = deal_with
         self._turn_ends: asyncio.TimerHandle | None = None
-        self._told = False
 
     @property
     def held_bytes(self) -> int:
@@ -53,23 +60,28 @@ class Reception:
         counters = self._link.counters
         if not (counters.excess_packets or counters.excess_bytes):
             return ""
+        why = (
+            "because there were too many: the vehicle, or who sends in its name, floods the link"
+            if self.flooded
+            else "because they came all at once: in a burst, or piled up while the companion or "
+            "the link stood still. What is left of each time is the newest"
+        )
         return (
             f"of what came over the link, {counters.excess_packets} packets and "
-            f"{counters.excess_bytes} bytes beside were dropped because there were too many: the "
-            "vehicle, or who sends in its name, floods the link"
+            f"{counters.excess_bytes} bytes beside were dropped {why}"
         )
 
     def take(self, data: bytes, received_s: float) -> None:
         """Take bytes from the link."""
-        intake = self._intake
-        intake.pace = max(1.0, self._pace())
+        intake, pace = self._intake, self._pace()
+        intake.pace = 1.0 if pace is None else max(1.0, pace)
         frames = intake.take(data, received_s, whole=self._link.datagrams)
         self._deal_with(frames, received_s)
         if intake.due_s is not None:
             self._wait_for_the_turns_end()
-        counters = self._link.counters
-        if not self._told and (counters.excess_packets or counters.excess_bytes):
-            self._told = True
+        lasting = _FLOODED_TURNS_UNTIMED if pace is None else _FLOODED_TURNS
+        if not self.flooded and intake.flooded_turns >= lasting:
+            self.flooded = True
             if self.on_flood is not None:
                 self.on_flood(_FLOOD)
 

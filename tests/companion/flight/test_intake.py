@@ -2,6 +2,7 @@
 
 import random
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -9,6 +10,7 @@ from companion.flight.vehicle.intake import (
     BUDGET_BYTES,
     HELD_BYTES,
     LOOKS,
+    MOST_TURNS,
     RESERVE,
     STATE_CHARGE,
     TURN_S,
@@ -91,6 +93,60 @@ def test_what_an_autopilot_sends_at_full_rate_passes_at_once_and_in_order(sizes,
         assert desk.intake.due_s is None
         now_s += TURN_S
     assert desk.counters == LinkCounters()
+
+
+def traffic(desk, lasting_s):
+    """An autopilot's at full rate, 141 kB/s as it is charged: 170 states and 675 others."""
+    states, others = round(170 * lasting_s), round(675 * lasting_s)
+    data = [desk.packed(attitude(i)) for i in range(others)]
+    for i in range(states):
+        data.insert(i * len(data) // states, desk.packed(odometry(i)))
+    return data
+
+
+@pytest.mark.parametrize("pause_s", [0.12, 0.25, 1.0])
+def test_what_piled_up_in_a_pause_passes_whole_and_is_no_flood(pause_s):
+    desk = Desk()
+    now_s = 0.0
+    for _ in range(30):
+        desk.take(b"".join(traffic(desk, TURN_S)), now_s)
+        now_s += pause_s
+        data = traffic(desk, pause_s)
+
+        assert [frame.raw for frame in desk.take(b"".join(data), now_s)] == data
+        assert desk.intake.flooded_turns == 0
+        now_s += TURN_S
+    assert desk.counters == LinkCounters()
+
+
+def test_of_a_longer_pause_the_newest_state_passes_and_it_is_no_flood_either():
+    desk = Desk()
+    desk.take(desk.packed(attitude(0)))
+    data = traffic(desk, 2.0)
+
+    frames = desk.take(b"".join(data), 2.0)
+
+    assert [number_of(f) for f in frames if f.message_id == ODOMETRY][-1] == 339
+    assert desk.counters.excess_packets == len(data) - len(frames) > 0
+    for turn in range(1, 30):
+        desk.take(desk.packed(odometry(340 + turn)), 2.0 + turn * TURN_S)
+        assert desk.intake.flooded_turns == 0
+
+
+def test_a_pause_in_a_flood_lets_no_more_of_it_pass_than_a_turn_does():
+    desk = Desk()
+    flood = desk.packed(attitude(1)) * 1500
+    first = desk.take(flood, 0.0)
+    assert len(first) == BUDGET_BYTES // 80
+
+    for turn in range(1, 30):
+        assert len(desk.take(flood, turn * 2 * TURN_S)) == len(first)
+        assert desk.intake.flooded_turns == turn
+
+    desk.take(b"", 60 * TURN_S)
+    assert desk.take(flood, 100 * TURN_S) != []
+    assert desk.intake.flooded_turns == 0
+    assert desk.intake._spent <= MOST_TURNS * BUDGET_BYTES
 
 
 def test_of_a_flood_in_one_piece_the_newest_state_is_dealt_with_at_once():
