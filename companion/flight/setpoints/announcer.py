@@ -1,9 +1,12 @@
 """Which changes on the ladder are told to a person, so that nothing is missed and nothing floods.
 
 A change for the worse is told at once, unless the same was told a moment ago; one for the better
-when it has lasted.  The log's records hold every tick anyway.
+when it has lasted.  Remarks that differ in their numbers alone are the same.  The log's records
+hold every tick anyway.
 """
 
+import math
+import re
 from typing import NamedTuple
 
 from companion.flight.setpoints.supervisor import Rung
@@ -12,6 +15,7 @@ QUIET_S = 2.0
 """The same is not told twice within this."""
 SETTLED_S = 1.0
 """So long must all have been better before that is told."""
+_NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
 _FALLBACK_DEPTH = {"": 0, "shifted plan": 1}
@@ -61,6 +65,8 @@ class Announcer:
         self._told_s: dict[int, float] = {}
         """When each depth was told last."""
         self._better_since_s: float | None = None
+        self._remarked_s: dict[str, float] = {}
+        """When each remark was told last, by its text without numbers."""
 
     def due(self, condition: Condition, now_s: float) -> bool:
         """True if a condition is to be told now; it then counts as told."""
@@ -79,8 +85,17 @@ class Announcer:
         self._better_since_s = None
         return True
 
+    def due_remark(self, remark: str, now_s: float) -> bool:
+        """True if a remark is to be told now; it then counts as told."""
+        kind = _NUMBER.sub("#", remark)
+        if now_s - self._remarked_s.get(kind, -math.inf) < QUIET_S:
+            return False
+        self._remarked_s[kind] = now_s
+        return True
+
     def clear(self) -> None:
         """Begin anew, all well."""
         self._told = WELL
         self._told_s = {}
         self._better_since_s = None
+        self._remarked_s = {}

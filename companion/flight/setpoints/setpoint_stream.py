@@ -309,7 +309,8 @@ class SetpointStream:
             self._connection.send(message)
             self._sent_s = asyncio.get_running_loop().time()
             sent = True
-        if output.remark:
+        now_s = asyncio.get_running_loop().time()
+        if output.remark and self._announcer.due_remark(output.remark, now_s):
             self._voice.tell("warning", output.remark)
         if output.watch is not None:
             self._tell_changes(output.watch)
@@ -318,7 +319,7 @@ class SetpointStream:
         if output.fallback:
             self.fallbacks += 1
         condition = Condition(output.rung, output.fallback, output.reason)
-        if self._announcer.due(condition, asyncio.get_running_loop().time()):
+        if self._announcer.due(condition, now_s):
             hand_over = self._connection.dialect.hand_over.explanation
             self._voice.tell(condition.severity, condition.text(hand_over))
         if output.rung is Rung.HAND_OVER:

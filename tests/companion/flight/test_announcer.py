@@ -78,3 +78,17 @@ def test_a_hand_over_names_what_the_vehicle_does():
     text = OVER.text("the stream stops")
     assert text == "handing over: no state, for 0.8 s; the stream stops"
     assert OVER.severity == "error"
+
+
+def remarks_told(remarks, step_s=0.01):
+    announcer = Announcer()
+    return [(k * step_s, r) for k, r in enumerate(remarks) if announcer.due_remark(r, k * step_s)]
+
+
+def test_remarks_that_differ_in_their_numbers_alone_are_told_once_in_the_quiet_time():
+    times = [t for t, _ in remarks_told([f"it turned by {k % 7}.{k} m" for k in range(1000)])]
+    assert times == pytest.approx([0.0, 2.0, 4.0, 6.0, 8.0], abs=0.011)
+
+
+def test_another_remark_is_told_at_once():
+    assert remarks_told(["a 1", "b 1", "a 2"]) == [(0.0, "a 1"), (0.01, "b 1")]
