@@ -136,7 +136,7 @@ def judge(limits: SupervisorLimits, memory: SupervisorMemory, facts: Facts) -> S
         if slow and facts.problem in ("", RESTARTING):
             reason = (
                 f"a setpoint acts more than {limits.loop_delay_limit_s * 1e3:.0f} ms after the "
-                "state that it was made of: the link is too slow"
+                "state that it was made of: the link is too slow, or this computer"
             )
     rung = Rung.LEVEL if stale or slow or facts.problem else Rung.TRACK
     # By its age as well: a clock that was set does not tell how long it has been.

@@ -174,6 +174,7 @@ def test_a_loop_that_stays_too_slow_is_levelled_and_then_handed_over():
     assert 0.05 < (level - 100) * STEP_S < 0.3
     assert over - level == pytest.approx(80, abs=2)
     assert "more than 100 ms" in found[level].reason
+    assert "the link is too slow, or this computer" in found[level].reason  # nobody here knows
     assert found[over].reason == found[level].reason + ", for 0.8 s"
 
 
