@@ -64,6 +64,30 @@ def test_a_step_of_3_m_is_not_followed(bench, autopilot, announced):
     assert flown.wire.modes[-1][1] in ("posctl", "brake")
 
 
+def test_a_heading_that_steps_by_20_degrees_is_not_flown_on(bench):
+    """With that much mpc-l1 would swing to the flight's end."""
+    faults = {"vehicle": [at("estimator_reset", yaw_deg=20.0)]}
+    flown = bench.fly(faults=faults, settings=WAIT)
+    assert flown.outcome.outcome == "aborted"
+    (level,) = flown.told("level and holding altitude: the estimate of the heading jumped by 20")
+    (over,) = flown.told("handing over: the estimate of the heading jumped by 20 degrees, for 0.8")
+    assert over - level == pytest.approx(0.8, abs=0.03)
+    assert max(tilts(flown, level, math.inf)) < 0.01
+
+
+def test_an_estimate_that_steps_at_each_moment_is_told_without_a_flood_and_handed_over(bench):
+    """The heading there and back, 25 times within half a second."""
+    faults = {
+        "vehicle": [
+            at("estimator_reset", FAULT_S + 0.02 * k, yaw_deg=10.0 * (-1) ** k) for k in range(25)
+        ]
+    }
+    flown = bench.fly(faults=faults, settings=WAIT)
+    assert flown.outcome.outcome == "aborted"
+    assert len(flown.told("the estimate jumped (announced): heading by 10 degrees")) == 1
+    assert len(flown.told("handing over: the estimate of the heading jumped 21 times")) == 1
+
+
 def test_a_position_that_is_lost_and_a_state_that_stands_still_for_a_moment_are_flown_level(bench):
     """PX4's ODOMETRY goes on, by dead reckoning: its ESTIMATOR_STATUS tells."""
     faults = {

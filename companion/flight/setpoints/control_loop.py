@@ -36,6 +36,8 @@ _FALLBACKS: dict[MpcStatus, str] = {
 }
 _LONGEST_DELAY_S = 0.5
 """No law carries the state further ahead; on a loop this slow nothing is tracked anyway."""
+_TURNED_DEG = 3.0
+"""A heading that is wrong by less makes nothing swing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +77,8 @@ class ControlLoop:
         self._newest: VehicleState | None = None
         self._footing = Footing()
         self._breach = ""
-        """How the geofence was left, which ends tracking also if the vehicle drifts back."""
+        """What ends tracking also when it is over: the geofence was left, or the vehicle swings
+        because its heading is wrong."""
         self._plan_status: MpcStatus = "closed_form"
         self.idle = False
         """While holding: no thrust.  For collective thrust, before take-off."""
@@ -202,6 +205,9 @@ class ControlLoop:
                 watch = self._runner.watch()
             else:
                 command, record, watch, problem = self._control(self._timeline, state, loop_delay_s)
+                if found.restart and problem in ("", RESTARTING):
+                    # Nothing flies such a tick: it counts, or steps without end hold for ever.
+                    problem, remark = found.remark, ""
         self._judge(state.time_s, 0.0, problem, loop_delay_s)
         reason = self._supervisor.reason
         if self.rung is Rung.HAND_OVER:
@@ -255,7 +261,22 @@ class ControlLoop:
             return None, None, watch, RESTARTING if self.rung is Rung.LEVEL else ""
         if isinstance(record.outer, MpcRecord):
             self._plan_status = record.outer.status
+        self._breach = self._swinging(watch)
+        if self._breach:
+            runner.forget()
+            return None, _unshifted(record, self._footing), watch, self._breach
         return command, _unshifted(record, self._footing), watch, ""
+
+    def _swinging(self, watch: Watch) -> str:
+        """What is wrong if a vehicle swings whose heading has jumped; empty if nothing is.
+
+        The monitor says so, and that no controller is below the one that flies.
+        """
+        alarmed = any(c.cause == "monitor" and not c.handed_over for c in watch.changes)
+        turned_deg = math.degrees(abs(self._footing.turned_rad))
+        if not alarmed or turned_deg < _TURNED_DEG or not watch.gauges.slew > 1.0:
+            return ""
+        return f"the vehicle swings since the heading jumped ({turned_deg:.0f} degrees in all)"
 
     def _judge(
         self, now_s: float, state_age_s: float, problem: str, loop_delay_s: float = math.nan

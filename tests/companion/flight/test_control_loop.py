@@ -9,6 +9,7 @@ import pytest
 from companion.config.resolve import load_flight
 from companion.flight.assemble import make_stack, make_trajectory, supervisor_limits
 from companion.flight.setpoints.control_loop import ControlLoop
+from companion.flight.setpoints.stack_runner import Change
 from companion.flight.setpoints.supervisor import Rung
 from companion.flight.setpoints.timeline import plan_timeline
 from companion.frames import quaternion_from_euler, tilt_cosine, yaw_of
@@ -260,3 +261,71 @@ def test_a_little_outside_the_geofence_is_flown_on(loop):
     for k in range(1, 20):
         state = replace(state_at(1.0 + k * STEP_S), position_enu_m=(near, 0.0, 2.0))
         assert loop.on_sample(state, 0.03).rung is Rung.TRACK
+
+
+def alternating(loop, speed_m_s, every=1):
+    """Ten seconds of a velocity that is wrong at each, or each second, third … sample."""
+    for k in range(1000):
+        wrong = speed_m_s if k % (every + 1) == 0 else 0.0
+        yield loop.on_sample(state_at(10.0 + k * STEP_S, velocity=(wrong, 0.0, 0.0)), 0.03)
+
+
+@pytest.mark.parametrize(("speed_m_s", "every"), [(1.6, 1), (2.0, 2), (2.0, 7)])
+def test_a_velocity_that_keeps_stepping_ends_on_the_ladder(loop, speed_m_s, every):
+    engage(loop)
+    outputs = list(alternating(loop, speed_m_s, every))
+    stepped = [o for o in outputs[1:] if o.rung is Rung.TRACK and o.stack is None]
+    assert stepped == []  # what holds level says so
+    first = next(o for o in outputs if o.rung is Rung.LEVEL)
+    assert "velocity by" in first.reason
+    assert outputs[-1].rung is Rung.HAND_OVER
+    assert "velocity jumped 21 times" in outputs[-1].reason
+
+
+def test_after_a_single_step_of_the_velocity_it_is_level_for_a_tick(loop):
+    engage(loop)
+    fly(loop, 10.0, 10.2)
+    outputs = fly(loop, 10.2, 10.4, velocity=(1.6, 0.0, 0.0))
+    assert [o.rung for o in outputs] == [Rung.LEVEL] + [Rung.TRACK] * 19
+    assert "the estimate jumped (unannounced): velocity by 1.6 m/s" in outputs[0].reason
+    assert outputs[0].remark == ""  # it is told once
+    assert all(o.stack is not None for o in outputs[1:])
+
+
+@pytest.mark.parametrize(
+    ("turn_deg", "slew", "over", "ends"),
+    [
+        (9.5, 1.2, False, True),
+        (0.0, 1.2, False, False),  # it swings for another reason
+        (9.5, 0.8, False, False),
+        (9.5, math.nan, False, False),
+        (9.5, 1.2, True, False),  # the next controller flies already
+    ],
+)
+def test_a_vehicle_that_swings_since_its_heading_jumped_is_handed_over(
+    loop, monkeypatch, turn_deg, slew, over, ends
+):
+    engage(loop)
+    fly(loop, 10.0, 10.2)
+    outputs = fly(loop, 10.2, 10.3, yaw=0.4 + math.radians(turn_deg))
+    assert {o.rung for o in outputs} == {Rung.TRACK}
+    flown = loop._runner.step
+
+    def alarmed(tick, reference):
+        command, record, watch = flown(tick, reference)
+        change = Change(tick.state.time_s, tick.track_s, "mpc-l1", "monitor", "it swings", over)
+        gauges = watch.gauges._replace(slew=slew)
+        return command, record, replace(watch, changes=(change,), gauges=gauges)
+
+    monkeypatch.setattr(loop._runner, "step", alarmed)
+    outputs = fly(loop, 10.3, 10.31, yaw=0.4 + math.radians(turn_deg))
+    monkeypatch.undo()
+    outputs += fly(loop, 10.31, 11.5, yaw=0.4 + math.radians(turn_deg))
+    rungs = [o.rung for o in outputs]
+    if ends:
+        assert "swings since the heading jumped (10 degrees" in outputs[0].reason
+        assert rungs[0] is Rung.LEVEL
+        assert Rung.TRACK not in rungs  # also when the alarm is over
+        assert rungs[-1] is Rung.HAND_OVER
+    else:
+        assert set(rungs) == {Rung.TRACK}

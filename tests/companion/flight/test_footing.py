@@ -149,7 +149,7 @@ def test_a_step_of_the_velocity_begins_the_laws_anew_and_a_large_one_is_not_flow
     assert "velocity jumped" in found[-1][2].problem
 
 
-@pytest.mark.parametrize(("turn_deg", "bad"), [(10.0, False), (60.0, True)])
+@pytest.mark.parametrize(("turn_deg", "bad"), [(10.0, False), (12.0, True), (60.0, True)])
 def test_a_step_of_the_heading_is_told_and_a_large_one_is_not_flown_on(turn_deg, bad):
     _, found = fly(
         ticks(2.0),
@@ -169,6 +169,106 @@ def test_after_a_long_silence_nothing_is_known_of_where_it_must_be():
     assert not verdict.remark
 
 
+@pytest.mark.parametrize("gap_s", [0.3, 0.5, 0.8, 0.99])
+def test_a_step_behind_a_gap_of_samples_is_noticed(gap_s):
+    """The vehicle flies level meanwhile, and bends its path by little."""
+    footing, _ = fly(ticks(1.0), change=lambda t: {})
+    before = footing.newest
+    moved = tuple(
+        p + v * gap_s + (0.75 if k == 0 else 0.0)
+        for k, (p, v) in enumerate(zip(before.position_enu_m, before.velocity_enu_m_s, strict=True))
+    )
+    after = replace(before, time_s=before.time_s + gap_s, position_enu_m=moved)
+    found, verdict = step(footing, after, FOLLOWED_M)
+    assert "position by 0.75 m" in verdict.remark
+    assert found.shift_m == pytest.approx((0.75, 0.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("gap_s", [0.15, 0.3, 0.5, 0.8])
+@pytest.mark.parametrize("turned_s", [0.05, 0.15])
+def test_a_vehicle_that_levels_out_in_a_gap_of_samples_has_not_stepped(gap_s, turned_s):
+    """At 30 degrees of tilt when the samples end, level a little later."""
+    footing, _ = fly(ticks(1.0), change=lambda t: {})
+    before = footing.newest
+    turned_s = min(turned_s, gap_s)
+    faster = 9.81 * math.tan(math.radians(30.0)) * turned_s
+    x, y, z = before.position_enu_m
+    u, v, w = before.velocity_enu_m_s
+    x += u * gap_s + 0.5 * faster * turned_s + faster * (gap_s - turned_s)
+    after = replace(
+        before,
+        time_s=before.time_s + gap_s,
+        position_enu_m=(x, y + v * gap_s, z),
+        velocity_enu_m_s=(u + faster, v, w),
+    )
+    assert not step(footing, after, FOLLOWED_M)[1].remark
+
+
+def test_an_announced_step_is_noticed_behind_a_silence_of_any_length():
+    footing, _ = fly(ticks(1.0), change=lambda t: {})
+    before = footing.newest
+    after = replace(before, time_s=before.time_s + 1.01, reset_counter=1)
+    x, y, z = (
+        p + 1.01 * v for p, v in zip(before.position_enu_m, before.velocity_enu_m_s, strict=True)
+    )
+    _, verdict = step(footing, replace(after, position_enu_m=(x + 3.0, y, z)), FOLLOWED_M)
+    assert "jumped by 3.0 m" in verdict.problem
+    found, verdict = step(footing, replace(after, position_enu_m=(x + 0.5, y, z)), FOLLOWED_M)
+    assert "(announced): position by 0.50 m" in verdict.remark
+    assert found.shift_m == pytest.approx((0.5, 0.0, 0.0), abs=1e-9)
+
+
+def test_a_heading_that_creeps_in_steps_is_no_way_round_the_limit():
+    """Nine degrees at each sample."""
+    _, found = fly(
+        ticks(2.0),
+        change=lambda t: {"yaw": math.radians(9.0) * min(10, max(0, round(100 * (t - 1.0))))},
+    )
+    late = [v for state, _, v in found if state.time_s > 1.015]
+    assert all("heading jumped by" in v.problem for v in late)
+
+
+def test_a_heading_that_comes_back_is_flown_on_again_but_not_for_ever():
+    def change(time_s):
+        return {"yaw": math.radians(9.0) * (round(100 * time_s) % 2)}
+
+    _, found = fly(ticks(2.0), change=change)
+    assert not any(v.problem for state, _, v in found if state.time_s < 0.195)
+    assert "heading jumped 21 times" in found[-1][2].problem
+    _, found = fly(ticks(2.0), change=lambda t: {"yaw": math.radians(40.0) * (1.0 <= t < 1.2)})
+    assert found[110][2].problem
+    assert not found[-1][2].problem
+
+
+def test_a_velocity_that_keeps_stepping_is_not_flown_on_for_ever():
+    _, found = fly(ticks(2.0), change=lambda t: {"speed": (0.8 * (-1) ** round(100 * t), 0.0, 0.0)})
+    # Up to there each begins the laws anew.
+    assert sum(v.restart for _, _, v in found) == 21
+    late = [v.problem for _, _, v in found[22:]]
+    assert "velocity jumped 21 times" in late[0]
+    assert all("jumped" in problem for problem in late)
+
+
+@pytest.mark.parametrize("every_s", [0.01, 0.4, 1.6])
+def test_steps_in_a_row_slide_no_faster_than_one(every_s):
+    """Six of 15 cm, of which none waits for the one before."""
+    footing, found = fly(
+        ticks(10.0),
+        change=lambda t: {"offset": (0.15 * min(6.0, max(0.0, (t - 1.0) // every_s + 1.0)), 0, 0)},
+    )
+    assert sum(bool(v.remark) for _, _, v in found) == 6
+    path = reference(footing, ticks(30.0))
+    assert path[-1] == pytest.approx((-0.9, 0.0, 0.0), abs=1e-5)
+    assert np.abs(np.diff(path[:, 0])).max() / DT_S < 0.301
+
+
+def test_a_slide_begins_behind_what_a_plan_sees():
+    """Its preview goes on as it was at the tick of the step."""
+    footing, _ = fly(ticks(1.01), change=lambda t: {"offset": (0.3 * (t >= 1.0), 0.0, 0.0)})
+    assert footing.shift_m[0] == pytest.approx(0.3, abs=1e-5)
+    assert not reference(footing, [1.0 + 0.03 * k for k in range(46)]).any()
+
+
 @settings(deadline=None, derandomize=True, max_examples=60)
 @given(
     st.lists(st.tuples(st.floats(0.0, 3.0), *[st.floats(-0.5, 0.5)] * 3), min_size=0, max_size=4)
@@ -186,6 +286,7 @@ def test_error_and_reference_agree_with_the_estimate_in_the_end(steps):
             assert math.dist(a.position_enu_m, b.position_enu_m) < 1.51 * 0.02 + 0.11
     state, as_seen, verdict = found[-1]
     if not verdict.problem:
-        end = reference(footing, [20.0])[0]
+        over_s = max((s.begun_s + s.lasts_s for s in footing.slides), default=20.0)
+        end = reference(footing, [over_s])[0]
         seen_error = np.array(as_seen.position_enu_m) - end
         assert seen_error == pytest.approx(np.array(state.position_enu_m), abs=1e-9)
