@@ -42,10 +42,10 @@ def windows(folder: Path, field: str, per_ms: float, length_s: float) -> list[Wi
     return found
 
 
-def p99_ms(folder: Path, field: str, per_ms: float) -> float:
-    """Of the whole trajectory; see `windows`."""
+def p99_ms(folder: Path, field: str, per_ms: float) -> float | None:
+    """Of the whole trajectory; see `windows`.  None if nothing of it was flown."""
     values = [value / per_ms for _, value in _ticks(folder, field)]
-    return float(np.percentile(values, 99.0)) if values else float("nan")
+    return float(np.percentile(values, 99.0)) if values else None
 
 
 def _ticks(folder: Path, field: str) -> Iterator[tuple[float, float]]:

@@ -81,14 +81,17 @@ def many_flights(
         for line in said:
             number = line["number"]
             flown = folder / f"flight-{number:04d}"
-            latency = {"time_s": line["time_s"], "p99_ms": p99_ms(flown, *COMPUTED)}
+            latency_ms = p99_ms(flown, *COMPUTED)
             shutil.rmtree(flown)
             run.samples.append(line)
-            run.latencies.append(latency)
+            if latency_ms is not None:
+                run.latencies.append({"time_s": line["time_s"], "p99_ms": latency_ms})
             run.flights.append({**asdict(plans[number]), **_ending(line)})
             tell(
                 f"flight {number + 1}: {line['outcome']}; {line['time_s'] / _HOUR_S:.2f} h, "
-                f"{line['memory_mib']:.1f} MiB, p99 {latency['p99_ms']:.2f} ms"
+                f"{line['memory_mib']:.1f} MiB, "
+                + ("nothing tracked" if latency_ms is None else f"p99 {latency_ms:.2f} ms")
+                + (f" ({line['note']})" if line["note"] else "")
             )
             if (number + 1) % ROUND == 0 and line["time_s"] >= hours * _HOUR_S:
                 break
