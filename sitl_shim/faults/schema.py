@@ -13,6 +13,10 @@ _PACKAGE = Path(__file__).parents[1]
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
+Delay = Annotated[float, Field(ge=0.0, le=60.0)]
+"""Longer ones keep more packets waiting than a computer has room for."""
+Stretch = Annotated[float, Field(ge=1e-3)]
+"""A random one; one has to be drawn after another until now is reached."""
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Step = Annotated[float, Field(ge=-1e5, le=1e5)]
 Triple = tuple[Step, Step, Step]
@@ -22,9 +26,9 @@ Flavour = Literal["px4", "ardupilot"]
 class Bursts(DataModel):
     """Stretches in which nothing passes, at random moments."""
 
-    every_s: Positive
+    every_s: Stretch
     """Mean time from the end of one to the beginning of the next (exponential)."""
-    length_s: Positive
+    length_s: Stretch
     """Mean length (exponential)."""
 
 
@@ -41,9 +45,9 @@ class LinkFault(DataModel):
     loss: Share = 0.0
     """Share of the datagrams that is lost, each by itself."""
     bursts: Bursts | None = None
-    delay_s: NotNegative = 0.0
+    delay_s: Delay = 0.0
     """Beside the vehicle's own transport delay."""
-    jitter_s: NotNegative = 0.0
+    jitter_s: Delay = 0.0
     """The delay is drawn evenly from delay_s ± this, and is never negative."""
     keep_order: bool = True
     """A datagram that jitters waits for the one before it; false: it may overtake."""
@@ -51,7 +55,7 @@ class LinkFault(DataModel):
     """Share of the datagrams that arrives twice."""
     reorder: Share = 0.0
     """Share of the datagrams that later ones overtake: held for `reorder_by_s`."""
-    reorder_by_s: Positive = 0.025
+    reorder_by_s: Annotated[float, Field(gt=0.0, le=60.0)] = 0.025
     corrupt: Share = 0.0
     """Share of the datagrams of which one to three bytes are changed."""
     bandwidth_bytes_s: Positive | None = None
@@ -60,7 +64,7 @@ class LinkFault(DataModel):
     """So much waits for the bandwidth; what comes on top is lost."""
     pause: bool = False
     """Nothing passes; what is sent meanwhile is lost."""
-    babble_packets_s: NotNegative = 0.0
+    babble_packets_s: Annotated[float, Field(ge=0.0, le=1e5)] = 0.0
     """Valid packets of no use that come on top, in this direction."""
 
     @model_validator(mode="after")
