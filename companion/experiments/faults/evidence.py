@@ -84,6 +84,8 @@ class Evidence:
     taken_over_s: float | None
     """When the companion could first know that the vehicle had left the mode of setpoints."""
     arm_commands_s: tuple[float, ...]
+    armed_s: float | None
+    """When the companion could first know that the vehicle was armed."""
     disarmed_s: float | None
     """When the companion could first know that the vehicle was disarmed, after it was armed."""
     ended_s: float

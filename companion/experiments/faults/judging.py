@@ -29,6 +29,8 @@ _OBEYED_WITHIN_S = 0.03
 """Three ticks: what is on its way when somebody takes over."""
 _TRUTH_LATE_S = 0.03
 """The truth of a moment arrives up to so much later than what the vehicle sends in it."""
+_DISARMING = ("disarm", "reboot")
+"""Events of the truth after which the vehicle is not armed."""
 _LEVEL_RAD = math.radians(0.01)
 
 
@@ -60,6 +62,8 @@ class Measured:
     late_setpoints: int
     """After a takeover."""
     arm_commands: int
+    arm_again: int
+    """Of these, how many after it was known to be armed, or after it has truly disarmed."""
     mean_error_mm: float
     worst_error_mm: float
     from_home_m: float
@@ -112,6 +116,7 @@ def measure(promise: Promise, evidence: Evidence) -> Measured:
         oldest_state_s=_largest(sent.state_age_s[tilted]),
         late_setpoints=_late_setpoints(evidence),
         arm_commands=len(evidence.arm_commands_s),
+        arm_again=_arm_again(evidence),
         mean_error_mm=float(scored.mean()) * 1e3 if len(scored) else math.nan,
         worst_error_mm=_largest(scored) * 1e3,
         from_home_m=_from_home_m(path),
@@ -180,9 +185,8 @@ def _of_all(evidence: Evidence, limits: Limits, measured: Measured) -> list[str]
         )
     if measured.late_setpoints:
         broken.append(f"{measured.late_setpoints} setpoints were sent after a takeover")
-    again = [t for t in evidence.arm_commands_s if _after(t, evidence.disarmed_s)]
-    if again:
-        broken.append(f"it was commanded to arm again, {len(again)} times")
+    if measured.arm_again:
+        broken.append(f"it was commanded to arm again, {measured.arm_again} times")
     return broken
 
 
@@ -255,8 +259,18 @@ def _late_setpoints(evidence: Evidence) -> int:
     return int((evidence.sent.time_s > evidence.taken_over_s + _OBEYED_WITHIN_S).sum())
 
 
-def _after(time_s: float, since_s: float | None) -> bool:
-    return since_s is not None and time_s > since_s
+def _arm_again(evidence: Evidence) -> int:
+    """Commands to arm what is known to be armed, or what somebody has disarmed, known or not.
+
+    What is repeated because its answer was lost arms a second time if the vehicle has been
+    disarmed meanwhile; so it ends where a heartbeat says that it is armed.
+    """
+    since_s = [begun.time_s for begun in evidence.begun if begun.name in _DISARMING]
+    if evidence.armed_s is not None:
+        since_s.append(evidence.armed_s + _OBEYED_WITHIN_S)
+    if evidence.disarmed_s is not None:
+        since_s.append(evidence.disarmed_s)
+    return sum(time_s > min(since_s, default=math.inf) for time_s in evidence.arm_commands_s)
 
 
 def _from_home_m(path: TruePath) -> float:

@@ -123,6 +123,7 @@ def _figures(flight: Result) -> tuple[tuple[str, str], ...]:
         ("largest true tilt", f"{m.true_tilt_deg:.1f}°", m.true_tilt_deg),
         ("met the ground with", f"{m.touchdown_m_s:.2f} m/s", m.touchdown_m_s),
         ("oldest state behind a tilt", f"{m.oldest_state_s * 1e3:.0f} ms", m.oldest_state_s),
+        ("commands to arm", str(m.arm_commands), m.arm_commands),
         ("ended from home", f"{m.from_home_m:.1f} m", m.from_home_m),
     ]
     return tuple((name, text) for name, text, value in told if not math.isnan(value))

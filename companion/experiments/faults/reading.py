@@ -92,6 +92,7 @@ def read_evidence(
         tracked=_tracked(records, wire),
         taken_over_s=wire.taken_over_s,
         arm_commands_s=tuple(wire.arm_commands_s),
+        armed_s=wire.armed_s,
         disarmed_s=wire.disarmed_s,
         ended_s=ended_s,
     )

@@ -61,6 +61,7 @@ class WireLog:
     """Each once, with its first arrival."""
     arm_commands_s: list[float] = field(default_factory=list)
     taken_over_s: float | None = None
+    armed_s: float | None = None
     disarmed_s: float | None = None
 
 
@@ -143,6 +144,8 @@ class _Reader:
             armed = bool(base_mode & BASE_MODE_ARMED)
             if self._was_armed and not armed and self.found.disarmed_s is None:
                 self.found.disarmed_s = time_s
+            if armed and self.found.armed_s is None:
+                self.found.armed_s = time_s
             self._was_armed = self._was_armed or armed
         elif frame.message_id == MessageId.CURRENT_MODE:
             self._take_mode(time_s, int.from_bytes(frame.payload[:4], "little"))

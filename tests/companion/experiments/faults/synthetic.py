@@ -76,6 +76,7 @@ def evidence(**changes):
         tracked=Tracked(ticks_s, np.full(len(ticks_s), 0.02), ticks_s < 15.0),
         taken_over_s=16.0,
         arm_commands_s=(0.5,),
+        armed_s=1.0,
         disarmed_s=23.0,
         ended_s=23.0,
     )

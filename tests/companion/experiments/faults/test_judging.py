@@ -87,7 +87,19 @@ def test_a_vehicle_is_not_armed_again():
 
 
 def test_asking_again_before_it_has_disarmed_is_no_second_arming():
-    assert broken(arm_commands_s=(0.5, 0.8, 1.1)) == ()
+    assert broken(arm_commands_s=(0.5, 0.8, 1.02)) == ()
+
+
+def test_what_is_known_to_be_armed_is_not_armed_again():
+    assert broken(arm_commands_s=(0.5, 0.8, 1.1)) == ("it was commanded to arm again, 1 times",)
+    assert broken(armed_s=None, arm_commands_s=(0.5, 0.8, 1.1)) == ()
+
+
+@pytest.mark.parametrize("event", ["disarm", "reboot"])
+def test_what_has_truly_disarmed_is_not_armed_again_whether_that_is_known_or_not(event):
+    begun = (*evidence().begun, Begun(0.7, event, 1.0))
+    told = broken(begun=begun, arm_commands_s=(0.5, 0.8), armed_s=None, disarmed_s=None)
+    assert told == ("it was commanded to arm again, 1 times",)
 
 
 # Endings

@@ -102,7 +102,7 @@ def test_disarming_counts_after_arming_alone():
     packets.heartbeat(3.0, armed=False)
     packets.arm(4.0)
     found = packets.read()
-    assert found.disarmed_s == 3.0
+    assert (found.armed_s, found.disarmed_s) == (2.0, 3.0)
     assert found.arm_commands_s == [1.5, 4.0]
 
 
