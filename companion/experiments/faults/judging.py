@@ -53,6 +53,10 @@ class Measured:
     """Of the fault, since the flight's first packet."""
     detected_after_s: float
     detected_by: str
+    said_after_s: float
+    """What the row says will be said, since the fault began."""
+    handed_over_after_s: float
+    """Since the fault began."""
     largest_tilt_deg: float
     """That was commanded."""
     true_tilt_deg: float
@@ -101,6 +105,7 @@ def measure(promise: Promise, evidence: Evidence) -> Measured:
     """The figures of a flight."""
     began_s = _began_s(promise, evidence)
     detected = _detected(promise, evidence, began_s)
+    named = _named(promise, evidence, began_s)
     sent, path, tracked = evidence.sent, evidence.path, evidence.tracked
     tilted = sent.tilt_rad >= _LEVEL_RAD
     scored = tracked.error_m[tracked.scored]
@@ -110,6 +115,8 @@ def measure(promise: Promise, evidence: Evidence) -> Measured:
         began_s=began_s - first_s,
         detected_after_s=math.nan if detected is None else max(0.0, detected.time_s - began_s),
         detected_by="" if detected is None else detected.text,
+        said_after_s=math.nan if named is None else max(0.0, named.time_s - began_s),
+        handed_over_after_s=_handed_over_after_s(evidence, began_s),
         largest_tilt_deg=math.degrees(_largest(sent.tilt_rad)),
         true_tilt_deg=math.degrees(_largest(path.tilt_rad)),
         touchdown_m_s=touchdown_m_s(path),
@@ -202,10 +209,14 @@ def _of_the_row(promise: Promise, evidence: Evidence, measured: Measured) -> lis
     began_s = _began_s(promise, evidence)
     if promise.begins is not None and math.isnan(began_s):
         broken.append(f"the fault did not begin: the truth tells of no '{promise.begins}'")
-    if promise.within_s is not None and not measured.detected_after_s <= promise.within_s:
-        seen = measured.detected_after_s
-        told = "never" if math.isnan(seen) else f"after {seen:.2f} s"
-        broken.append(f"it was seen {told}, not within {promise.within_s:g} s")
+    seen = measured.detected_after_s if promise.says is None else measured.said_after_s
+    for limit, value, what in (
+        (promise.within_s, seen, "seen" if promise.says is None else f"told of '{promise.says}'"),
+        (promise.handed_over_within_s, measured.handed_over_after_s, "handed over"),
+    ):
+        if limit is not None and not value <= limit:
+            told = "never" if math.isnan(value) else f"after {value:.2f} s"
+            broken.append(f"it was {what} {told}, not within {limit:g} s")
     since_s = -math.inf if math.isnan(began_s) else began_s - _TRUTH_LATE_S
     for text, of_autopilot in ((promise.says, False), (promise.autopilot_says, True)):
         if text is not None and not _was_said(evidence, text, since_s, of_autopilot=of_autopilot):
@@ -221,6 +232,8 @@ def _of_the_row(promise: Promise, evidence: Evidence, measured: Measured) -> lis
 
 
 _AUTOPILOT = "the autopilot says: "
+_HANDED_OVER = "handed over"
+"""The phase."""
 
 
 def _was_said(evidence: Evidence, text: str, since_s: float, *, of_autopilot: bool) -> bool:
@@ -251,6 +264,24 @@ def _detected(promise: Promise, evidence: Evidence, began_s: float) -> Said | No
         if promised or said.severity in ("warning", "error"):
             return said
     return None
+
+
+def _named(promise: Promise, evidence: Evidence, began_s: float) -> Said | None:
+    """The first text about a fault that is what the row says will be said."""
+    if promise.says is None or math.isnan(began_s):
+        return None
+    for said in evidence.said:
+        early = said.time_s < began_s - _TRUTH_LATE_S
+        if not early and promise.says in said.text and not said.text.startswith(_AUTOPILOT):
+            return said
+    return None
+
+
+def _handed_over_after_s(evidence: Evidence, began_s: float) -> float:
+    for time_s, name in evidence.phases:
+        if name == _HANDED_OVER and time_s >= began_s - _TRUTH_LATE_S:
+            return max(0.0, time_s - began_s)
+    return math.nan
 
 
 def _late_setpoints(evidence: Evidence) -> int:

@@ -116,6 +116,7 @@ def _figures(flight: Result) -> tuple[tuple[str, str], ...]:
     m = flight.judgement.measured
     told = [
         ("seen after", seconds(m.detected_after_s), m.detected_after_s),
+        ("handed over after", seconds(m.handed_over_after_s), m.handed_over_after_s),
         ("seen by", m.detected_by, 0.0 if m.detected_by else math.nan),
         ("mean error", f"{m.mean_error_mm:.0f} mm", m.mean_error_mm),
         ("worst error", f"{m.worst_error_mm:.0f} mm", m.worst_error_mm),

@@ -37,9 +37,12 @@ class Promise(Section):
     begins: str | None = None
     """Event of the simulation's truth at which the fault begins; None: it is there from boot on."""
     within_s: Positive | None = None
-    """The fault is seen this soon after it begins: a warning, an error or a hand-over."""
+    """What `says` names is said this soon after the fault begins; where nothing is named, any
+    warning, error or hand-over."""
     says: str | None = None
-    """Part of a text that the user sees after that."""
+    """Part of a text that the user sees after the fault begins."""
+    handed_over_within_s: Positive | None = None
+    """The vehicle is handed over this soon after it begins."""
     mean_error_mm: Positive | None = None
     """The mean tracking error, against the truth, is no larger."""
     worst_error_mm: Positive | None = None
@@ -51,6 +54,10 @@ class Promise(Section):
     def _a_beginning(self) -> "Promise":
         if self.within_s is not None and self.begins is None:
             raise ValueError("within_s needs the event that the time counts from. Give 'begins'")
+        if self.handed_over_within_s is not None and self.begins is None:
+            raise ValueError(
+                "handed_over_within_s needs the event that the time counts from. Give 'begins'"
+            )
         return self
 
 

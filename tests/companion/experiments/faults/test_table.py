@@ -94,6 +94,11 @@ def test_a_row_promises_something_else_under_one_autopilot(tmp_path):
         ("endings: [landed]", "endings: [flown]", "input should be 'landed', 'held', 'handed ov"),
         ("endings: [landed]", "endings: []", "'rows.0.promise.endings'"),
         ("endings: [landed]", "endings: [landed], within_s: 1.0", "within_s needs the event"),
+        (
+            "endings: [landed]",
+            "endings: [landed], handed_over_within_s: 1.0",
+            "handed_over_within_s needs the event",
+        ),
         ("    promise: {endings: [landed]}\n", "", "a row that is flown has a promise"),
         ("faults: {}", "kind: process", "one of a process has none"),
         ("    faults: {}\n", "", "a row that is flown has faults"),
