@@ -4,20 +4,34 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from companion.mavlink.commands import Ack, Command, Result, result_name
+from companion.mavlink.commands import Ack, Command, CommandId, Result, result_name
 from companion.mavlink.exchange import Attempts, Patience, Verdict
 from companion.mavlink.messages import Outgoing
 
 _AT_IT = (Result.IN_PROGRESS,)
+_HEARTBEATS_S = 3.0
+"""Wait for a HEARTBEAT that says what became of an arming command."""
+
+
+def arms(command: Command) -> bool:
+    """True for a command that starts the motors."""
+    return command.command_id == CommandId.COMPONENT_ARM_DISARM and command.params[0] != 0.0
 
 
 class CommandExchange:
     """Sends a command, repeats it while nobody answers, and judges the acknowledgements.
 
     Feed it with `on_ack`; ask it for `outgoing` whenever `due_s` has come.
+
+    Arming differs: repeated behind somebody's back it would start motors that they have stopped.
+    So HEARTBEAT answers it as well (`on_heartbeat`): armed ends it, and it is repeated only on the
+    word of one that came later than an answer would have, and says disarmed.
     """
 
-    __slots__ = ("_attempts", "_working", "command", "explanation", "result", "verdict")
+    __slots__ = (
+        "_arms", "_attempts", "_awaits_word", "_working", "command", "explanation", "result",
+        "verdict",
+    )  # fmt: skip
 
     def __init__(self, command: Command, patience: Patience | None = None) -> None:
         self.command = command
@@ -28,6 +42,8 @@ class CommandExchange:
         """One sentence on how it ended, for a person."""
         self._attempts = Attempts(patience or Patience())
         self._working = False
+        self._arms = arms(command)
+        self._awaits_word = False
 
     @property
     def due_s(self) -> float:
@@ -42,7 +58,8 @@ class CommandExchange:
     @property
     def unanswered(self) -> int:
         """Requests whose final acknowledgement has not come."""
-        judged = self.verdict in (Verdict.ACCEPTED, Verdict.REFUSED)
+        acknowledged = self.result is not None and self.result not in _AT_IT
+        judged = acknowledged and self.verdict in (Verdict.ACCEPTED, Verdict.REFUSED)
         return self._attempts.made - judged
 
     @property
@@ -54,10 +71,13 @@ class CommandExchange:
         """What to send now: the command, if it is due, or nothing."""
         if self.verdict is not Verdict.PENDING or not self._attempts.is_due(now_s):
             return []
-        if self._working or self._attempts.exhausted:
+        if self._working or self._awaits_word or self._attempts.exhausted:
             self._end(Verdict.TIMED_OUT, self._silence())
             return []
         self._attempts.note_request(now_s)
+        if self._arms:
+            self._awaits_word = True
+            self._attempts.wait(now_s + _HEARTBEATS_S)
         return [self.command.as_long(confirmation=self._attempts.made - 1)]
 
     def on_ack(self, now_s: float, ack: Ack) -> None:
@@ -76,9 +96,38 @@ class CommandExchange:
                 f"the autopilot refused {self.command.label}: {result_name(ack.result)}",
             )
 
+    def on_heartbeat(self, now_s: float, armed: bool) -> None:
+        """Take the word of the command's target on whether it is armed; it answers arming alone."""
+        if self.verdict is not Verdict.PENDING or not self._arms or not self.begun:
+            return
+        if armed:
+            self._end(
+                Verdict.ACCEPTED,
+                f"no COMMAND_ACK came for {self.command.label}, but the autopilot's HEARTBEAT "
+                "says armed",
+            )
+        elif not self._working and now_s >= self.answers_until_s:
+            self._awaits_word = False
+            self._attempts.wait(now_s)
+
+    def on_restart(self) -> None:
+        """The target has restarted: what it was to arm for is over."""
+        if self.verdict is Verdict.PENDING and self._arms:
+            self._end(Verdict.TIMED_OUT, f"the autopilot restarted during {self.command.label}")
+
     def _silence(self) -> str:
         if self._working:
             return f"the autopilot began {self.command.label} and never said that it was done"
+        if self._awaits_word:
+            return (
+                f"no COMMAND_ACK came for {self.command.label}, and for {_HEARTBEATS_S:g} s no "
+                "HEARTBEAT that says whether it is armed"
+            )
+        if self._arms:
+            return (
+                f"no COMMAND_ACK for {self.command.label} after {self._attempts.made} attempts, "
+                "and HEARTBEAT says disarmed"
+            )
         return (
             f"no COMMAND_ACK for {self.command.label} after {self._attempts.made} attempts in "
             f"{self._attempts.made * self._attempts.patience.timeout_s:g} s"
@@ -163,6 +212,17 @@ class CommandQueue:
                 del self._late[ack.command_id]
         if self._waiting:
             self._waiting[0].on_ack(now_s, ack)  # does not take it while it is held: not sent yet
+
+    def on_heartbeat(self, now_s: float, armed: bool) -> None:
+        """Take the word of the commands' target on whether it is armed."""
+        self._drop_finished()
+        if self._waiting:
+            self._waiting[0].on_heartbeat(now_s, armed)
+
+    def on_restart(self) -> None:
+        """The commands' target has restarted: it is not armed again."""
+        for exchange in self._waiting:
+            exchange.on_restart()
 
     def _is_held(self, exchange: CommandExchange, now_s: float) -> bool:
         """True while an acknowledgement could be the last command's of the same id."""

@@ -82,7 +82,9 @@ class MavsdkMission:
 
     async def arm(self) -> MavsdkAnswer:
         """MAVSDK's arm."""
-        return await self._do("arm", self._action.arm)
+        reports = self._connection.reports
+        before = reports.armed
+        return await self._do("arm", self._action.arm, lambda: reports.armed and not before)
 
     async def take_off(self, height_m: float) -> MavsdkAnswer:
         """MAVSDK's take-off; the height is the autopilot's own parameter on PX4."""
@@ -162,8 +164,19 @@ class MavsdkMission:
             await asyncio.gather(looking, return_exceptions=True)
         self._action, self._telemetry = ActionAsync(system), TelemetryAsync(system)
 
-    async def _do(self, name: str, begin: Callable[[], Awaitable[None]]) -> MavsdkAnswer:
+    async def _do(
+        self,
+        name: str,
+        begin: Callable[[], Awaitable[None]],
+        done: Callable[[], bool] = lambda: False,
+    ) -> MavsdkAnswer:
         """Let MAVSDK do something, for as long as the flight waits for it.
+
+        Args:
+            name: of what it does, for a person.
+            begin: begins it.
+            done: true once the vehicle is seen to have done it: from then on nothing that MAVSDK
+                still repeats reaches the vehicle, and whatever MAVSDK says it counts as accepted.
 
         Raises:
             FlightAbortedError: the wait was ended from outside; what MAVSDK still repeats is kept
@@ -175,16 +188,20 @@ class MavsdkMission:
         self._endpoint.trusted = True
         doing = asyncio.ensure_future(begin())
         doing.add_done_callback(lambda _: connection.waiting.wake())
+        seen = False
         try:
-            await connection.waiting.until(
-                doing.done, _LONGEST_S, lambda: f"MAVSDK's {name} did not come to an end"
-            )
+            for over in (lambda: doing.done() or done(), doing.done):
+                await connection.waiting.until(
+                    over, _LONGEST_S, lambda: f"MAVSDK's {name} did not come to an end"
+                )
+                seen = seen or done()
+                self._endpoint.trusted = False
         finally:
             self._endpoint.trusted = False
             if not doing.done():
                 doing.cancel()
         error = doing.exception()
-        if error is None:
+        if error is None or seen:
             return MavsdkAnswer(Verdict.ACCEPTED, f"MAVSDK's {name} accepted")
         result = getattr(getattr(error, "result", None), "name", "")
         if not result:

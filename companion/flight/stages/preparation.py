@@ -3,8 +3,9 @@
 Whatever is wrong here refuses the flight.
 """
 
-from companion.flight.errors import FlightAbortedError, FlightRefusedError
+from companion.flight.errors import DisarmedError, FlightAbortedError, FlightRefusedError
 from companion.flight.inbox import PilotCommand
+from companion.flight.stages.arming_watch import ArmingWatch
 from companion.flight.stages.before_arming import used_by_others
 from companion.flight.stages.crew import Flight, FlightScope
 from companion.flight.stages.readiness import become_ready, last_texts
@@ -159,6 +160,7 @@ async def arm_vehicle(flight: Flight) -> None:
 
     Raises:
         FlightRefusedError: the vehicle did not arm.
+        DisarmedError: it did, and somebody else has disarmed it, or it has restarted.
         LinkLostError: it is not known whether it did.
     """
     connection = flight.connection
@@ -170,6 +172,17 @@ async def arm_vehicle(flight: Flight) -> None:
     others = used_by_others(flight)
     if others is not None:
         raise others
+    watch = ArmingWatch(connection)
+    connection.waiting.interruption = watch.look
+    try:
+        await _arm_under_watch(flight, watch, mode)
+        connection.waiting.check()
+    finally:
+        flight.authority.rest()
+
+
+async def _arm_under_watch(flight: Flight, watch: ArmingWatch, mode: str) -> None:
+    connection = flight.connection
     exchange = await flight.backend.arm()
     if exchange.verdict is Verdict.REFUSED:
         await connection.waiting.pause(_TEXTS_FOLLOW_S)
@@ -177,6 +190,8 @@ async def arm_vehicle(flight: Flight) -> None:
             f"Arming was denied: {exchange.explanation}. Look at the autopilot's messages in a "
             "ground station and mend what they name." + last_texts(flight)
         )
+    if exchange.verdict is Verdict.ACCEPTED:
+        watch.accepted()
     wait_s = flight.mission.timeouts.command_s
     try:
         await connection.waiting.until(
@@ -185,8 +200,9 @@ async def arm_vehicle(flight: Flight) -> None:
             lambda: f"for {wait_s:g} s its HEARTBEAT did not say armed",
         )
     except FlightAbortedError as error:
-        if connection.waiting.failure is not None:
+        if connection.waiting.failure is not None or isinstance(error, DisarmedError):
             raise
+        flight.authority.rest()  # what disarms it now is ours
         # It may be armed all the same; standing on the ground it takes this.
         await connection.exchanges.command(disarm(connection.target))
         raise FlightRefusedError(

@@ -394,6 +394,7 @@ class Connection:
     def _on_restart(self) -> None:
         """Whatever the autopilot said or promised before is not true any more."""
         self.restarts += 1
+        self.exchanges.on_restart()
         self.samples.forget()
         self.clock = ClockEstimator()
         self.streams = ()
@@ -427,6 +428,7 @@ class Connection:
         if self._dialect is None:
             self._dialect = dialect_for(int(message.autopilot))
         self.reports.take_heartbeat(message)
+        self.exchanges.on_heartbeat(received_s, self.reports.armed)
 
     def _on_mode(self, custom_mode: int) -> None:
         self.exchanges.on_mode(custom_mode)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from companion.flight.errors import FlightAbortedError
 from companion.flight.vehicle.waiting import Waiting
-from companion.mavlink.command_exchange import CommandExchange, CommandQueue
+from companion.mavlink.command_exchange import CommandExchange, CommandQueue, arms
 from companion.mavlink.commands import Ack, Command, message_interval
 from companion.mavlink.dialects.base import AutopilotDialect, Stream
 from companion.mavlink.exchange import Patience, Verdict
@@ -18,6 +18,8 @@ from companion.mavlink.state_source import (
     StateSource,
 )
 
+_ARMING = Patience(attempts=6)
+"""However bad the link: each attempt waits for a HEARTBEAT, and arming is not to be insisted on."""
 _LONGEST_S = 60.0
 """No exchange takes this long by its own patience: this only guards against a bug."""
 
@@ -50,7 +52,8 @@ class Exchanges:
     async def command(self, command: Command) -> CommandExchange:
         """Send a command and wait for its verdict, whatever that is."""
         self._waiting.check()
-        exchange = self._commands.submit(command, self._patience(Patience()))
+        patience = _ARMING if arms(command) else self._patience(Patience())
+        exchange = self._commands.submit(command, patience)
         self.pump(asyncio.get_running_loop().time())
         try:
             await self._waiting.until(
@@ -155,6 +158,15 @@ class Exchanges:
         if self._mode_change is not None:
             self._mode_change.on_ack(now_s, ack)
         self.pump(now_s)
+
+    def on_heartbeat(self, now_s: float, armed: bool) -> None:
+        """Take the vehicle's word on whether it is armed."""
+        self._commands.on_heartbeat(now_s, armed)
+        self.pump(now_s)
+
+    def on_restart(self) -> None:
+        """The vehicle's autopilot has restarted: it is not armed again."""
+        self._commands.on_restart()
 
     def on_mode(self, custom_mode: int) -> None:
         """Take a report of the vehicle's mode."""

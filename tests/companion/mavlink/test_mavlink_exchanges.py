@@ -38,14 +38,14 @@ def sent(outgoing, component=191):
 
 class TestCommand:
     def test_it_is_sent_at_once_and_not_again_before_the_time_out(self):
-        exchange = CommandExchange(arm(TARGET), PATIENCE)
+        exchange = CommandExchange(disarm(TARGET), PATIENCE)
 
         assert len(exchange.outgoing(10.0)) == 1
         assert exchange.due_s == 10.5
         assert exchange.outgoing(10.49) == []
 
     def test_repetitions_count_themselves_and_end(self):
-        exchange = CommandExchange(arm(TARGET), PATIENCE)
+        exchange = CommandExchange(disarm(TARGET), PATIENCE)
 
         confirmations = [sent(exchange.outgoing(t)[0]).confirmation for t in (0.0, 0.5, 1.0)]
 
@@ -108,6 +108,78 @@ class TestCommand:
 
         assert exchange.verdict is Verdict.TIMED_OUT
         assert "never said" in exchange.explanation
+
+
+class TestArming:
+    """Repeated without need it would start motors that somebody has stopped."""
+
+    def begun(self):
+        exchange = CommandExchange(arm(TARGET), PATIENCE)
+        assert len(exchange.outgoing(0.0)) == 1
+        return exchange
+
+    def test_silence_alone_never_repeats_it(self):
+        exchange = self.begun()
+        times = [t / 10 for t in range(1, 100)]
+
+        assert [t for t in times if exchange.outgoing(t)] == []
+        assert exchange.verdict is Verdict.TIMED_OUT
+        assert "no HEARTBEAT" in exchange.explanation
+
+    def test_a_heartbeat_that_says_armed_answers_it(self):
+        exchange = self.begun()
+
+        exchange.on_heartbeat(0.1, armed=True)
+
+        assert exchange.verdict is Verdict.ACCEPTED
+        exchange.on_heartbeat(1.1, armed=False)
+        assert exchange.outgoing(1.1) == []
+        assert exchange.due_s == math.inf
+
+    def test_it_is_repeated_when_a_later_heartbeat_says_disarmed_and_only_so_often(self):
+        exchange = self.begun()
+
+        exchange.on_heartbeat(0.4, armed=False)  # may have been made before it arrived
+        assert exchange.outgoing(0.6) == []
+        sent_s = []
+        for t in (1.4, 2.4, 3.4, 4.4):
+            exchange.on_heartbeat(t, armed=False)
+            sent_s += [t for _ in exchange.outgoing(t)]
+
+        assert sent_s == [1.4, 2.4]
+        assert exchange.verdict is Verdict.TIMED_OUT
+        assert "no COMMAND_ACK" in exchange.explanation
+
+    def test_a_heartbeat_says_nothing_of_other_commands(self):
+        exchange = CommandExchange(disarm(TARGET), PATIENCE)
+        exchange.outgoing(0.0)
+
+        exchange.on_heartbeat(0.1, armed=True)
+
+        assert exchange.verdict is Verdict.PENDING
+
+    def test_a_restarted_autopilot_is_not_armed_again(self):
+        queue = CommandQueue(PATIENCE)
+        exchange = queue.submit(arm(TARGET))
+        queue.outgoing(0.0)
+
+        queue.on_restart()
+        queue.on_heartbeat(1.0, armed=False)
+
+        assert queue.outgoing(1.0) == []
+        assert exchange.verdict is Verdict.TIMED_OUT
+
+    def test_an_acknowledgement_that_comes_after_the_heartbeat_is_not_the_next_commands(self):
+        queue = CommandQueue(PATIENCE)
+        queue.submit(arm(TARGET))
+        queue.outgoing(0.0)
+        queue.on_heartbeat(0.1, armed=True)
+        taken_back = queue.submit(disarm(TARGET))
+
+        assert queue.outgoing(0.1) == []
+        queue.on_ack(0.2, Ack(400, 0))
+        assert taken_back.verdict is Verdict.PENDING
+        assert len(queue.outgoing(0.2)) == 1
 
 
 class TestQueue:
