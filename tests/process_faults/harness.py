@@ -207,9 +207,9 @@ class Companion:
         return text in self.told()
 
     def stop(self, duration_s):
-        """SIGSTOP, and SIGCONT after a while of the autopilot's time; when that was, for us."""
+        """SIGSTOP, and SIGCONT after a while of the process's own time; when that was, for us."""
         self.process.send_signal(signal.SIGSTOP)
-        self.vehicle.wait(duration_s)
+        self.vehicle.pause(duration_s)
         self.process.send_signal(signal.SIGCONT)
         return time.time()
 

@@ -36,8 +36,12 @@ os.execv(sys.executable, [sys.executable, "-m", "companion", *sys.argv[1:]])
 
 
 def test_a_disk_that_fills_up_in_flight_ends_the_log_and_not_the_flight(tracking):
-    vehicle, companion = tracking("px4")
-    vehicle.wait(1.0)
+    """Nor does standing still for 0.3 s before that, by both clocks: it is flown through."""
+    vehicle, companion = tracking("px4", speed=1.0, trajectory_s=2.0)
+    began_s = vehicle.clock_s
+    companion.stop(0.3)
+    assert vehicle.clock_s - began_s > 0.25
+    vehicle.wait(0.4)
     full_s = vehicle.clock_s
     room = companion.tlog.stat().st_size + 10_000
     resource.prlimit(companion.process.pid, resource.RLIMIT_FSIZE, (room, room))
@@ -45,6 +49,7 @@ def test_a_disk_that_fills_up_in_flight_ends_the_log_and_not_the_flight(tracking
     assert status == LANDED, companion.told()
     assert result["outcome"] == "landed"
     assert result["completed"]
+    assert result["timer_noise_ms"]["max"] > 250.0, "standing still is seen in the result"
     assert "the flight goes on unrecorded: flight.tlog" in companion.told()
     assert "File too large" in companion.told()
     assert vehicle.worst_tilt_deg < TILT_LIMIT_DEG
