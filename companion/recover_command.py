@@ -10,7 +10,7 @@ from rich.console import Console
 
 from companion.mavlink.crc import CRC_TABLE, crc16
 from companion.mavlink.dialect import CRC_EXTRA, CRC_EXTRA_UNDECODABLE
-from companion.recording.flight_log import MCAP_NAME, TLOG_NAME
+from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, recovered_path
 from companion.recording.loss import Loss
 from companion.recording.mcap_recovery import (
     McapFindings,
@@ -77,7 +77,7 @@ def _logs(request: RecoverRequest) -> list[Path]:
 def _recover(log: Path, asked: Path | None) -> int:
     """Save what is whole of one log."""
     console = _console(sys.stdout)
-    out = asked or log.with_name(f"{log.stem}.recovered{log.suffix}")
+    out = asked or recovered_path(log)
     found: McapFindings | TlogFindings
     try:
         found = examine_mcap(log) if log.suffix == ".mcap" else examine_tlog(log, _crc_fits)

@@ -10,9 +10,16 @@ from companion.recording.tlog import TlogWriter
 
 TLOG_NAME = "flight.tlog"
 MCAP_NAME = "flight.mcap"
+RECOVERED = ".recovered"
+"""Before the ending of what was recovered of a log."""
 
 _LATEST_S = 1.0e9
 """Times beyond this do not fit the files' time stamps everywhere, and no clock gives them."""
+
+
+def recovered_path(log: Path) -> Path:
+    """Where what is recovered of a log goes, unless another file is named."""
+    return log.with_name(f"{log.stem}{RECOVERED}{log.suffix}")
 
 
 class FlightLogError(Exception):

@@ -1,6 +1,7 @@
 """A recorded flight's inputs give its setpoints again, bit for bit."""
 
 import json
+import re
 import shutil
 
 import pytest
@@ -10,6 +11,7 @@ from companion.flight.replay.recorded import ReplayError, read_flight
 from companion.mavlink.codec import Packer
 from companion.mavlink.messages import MessageId, Outgoing
 from companion.recording.tlog import TlogWriter, read_tlog
+from companion.recover_command import RecoverRequest, run_recover
 from companion.replay_command import BadInputError, ReplayRequest, run_replay
 
 CLIENT = Packer(255, 190)
@@ -91,6 +93,13 @@ def test_hand_overs_between_controllers_come_again_and_another_controller_differ
     _, record = replayed(cut, capsys)
     assert record["setpoints"] == record["identical"] > 100
 
+    # What was recovered of it is replayed, whatever has become of the original.
+    assert run_recover(RecoverRequest(cut)) == 0
+    (cut / "flight.mcap").write_bytes(b"damaged")
+    capsys.readouterr()
+    _, again = replayed(cut / "flight.recovered.mcap", capsys)
+    assert (again["setpoints"], again["identical"]) == (record["setpoints"], record["identical"])
+
 
 def test_a_setpoint_that_is_another_and_a_sample_that_is_missing_are_found(bench, capsys):
     folder = bench.fly().folder
@@ -149,3 +158,51 @@ def test_what_cannot_be_replayed_is_refused_by_name(tmp_path, damage):
         read_flight(folder)
     with pytest.raises(BadInputError):
         run_replay(ReplayRequest(folder, None, False))
+
+
+@pytest.mark.parametrize(
+    ("named", "there", "read"),
+    [
+        ("", ["flight"], "flight.mcap"),
+        ("", ["flight", "flight.recovered"], "flight.recovered.mcap"),
+        ("flight.mcap", ["flight", "flight.recovered"], "flight.mcap"),
+        ("flight.recovered.mcap", ["flight", "flight.recovered"], "flight.recovered.mcap"),
+        ("flight.recovered.tlog", ["flight", "flight.recovered"], "flight.recovered.mcap"),
+        ("flight.recovered.tlog", ["flight"], "flight.mcap"),
+        ("saved.tlog", ["flight", "saved"], "saved.mcap"),
+        ("saved.tlog", ["flight"], "flight.mcap"),
+    ],
+)
+def test_the_file_that_is_named_is_read_and_in_a_folder_what_was_recovered(
+    tmp_path, named, there, read
+):
+    """By which file is told to hold no configuration."""
+    from companion.recording.mcap_log import McapLog
+
+    for stem in there:
+        McapLog(tmp_path / f"{stem}.mcap").close()
+    for name in ("flight.tlog", "flight.recovered.tlog", "saved.tlog"):
+        TlogWriter(tmp_path / name).close()
+    with pytest.raises(ReplayError, match=f"^{re.escape(str(tmp_path / read))}: does not say"):
+        read_flight(tmp_path / named)
+
+
+@pytest.mark.parametrize(
+    ("named", "there", "read"),
+    [
+        ("", ["flight", "flight.recovered"], "flight.recovered.tlog"),
+        ("flight.mcap", ["flight", "flight.recovered"], "flight.tlog"),
+        ("flight.recovered.mcap", ["flight", "flight.recovered"], "flight.recovered.tlog"),
+        ("flight.recovered.mcap", ["flight"], "flight.tlog"),
+    ],
+)
+def test_the_packets_are_those_that_go_with_it(tmp_path, named, there, read):
+    """By which file is told to be none."""
+    from companion.recording.mcap_log import McapLog
+
+    for name in ("flight.mcap", "flight.recovered.mcap"):
+        McapLog(tmp_path / name).close()
+    for stem in there:
+        (tmp_path / f"{stem}.tlog").write_bytes(b"no packet at all, for certain")
+    with pytest.raises(ReplayError, match=f"^{re.escape(str(tmp_path / read))}: no MAVLink"):
+        read_flight(tmp_path / named)

@@ -15,7 +15,7 @@ from companion.flight.records import CONFIGURATION, CONTROL, INPUT
 from companion.flight.setpoints.inputs import HOLD, START
 from companion.mavlink.framing import Frame, Framer
 from companion.mavlink.messages import COMPONENT_ONBOARD_COMPUTER, MessageId
-from companion.recording.flight_log import MCAP_NAME, TLOG_NAME
+from companion.recording.flight_log import MCAP_NAME, RECOVERED, TLOG_NAME, recovered_path
 from companion.recording.mcap_log import LogRecord, read_records
 from companion.recording.tlog import TlogRecord, read_tlog
 
@@ -93,26 +93,50 @@ def read_flight(folder: Path) -> RecordedFlight:
     """Read a flight's folder, be it finished or cut off.
 
     Args:
-        folder: with `flight.mcap` and `flight.tlog`, or the path of one of the two.
+        folder: with `flight.mcap` and `flight.tlog`, or what was recovered of them, which goes
+            first; or the path of one of its files, which is read whatever else there is.
 
     Raises:
         ReplayError: there is no such flight, it is damaged, or it cannot be replayed.
     """
-    folder = folder.parent if folder.suffix in (".mcap", ".tlog") else folder
-    records = _records(folder / MCAP_NAME)
-    packets = _packets(folder / TLOG_NAME)
+    mcap, tlog = _files(folder)
+    records = _records(mcap)
+    packets = _packets(tlog)
     sent = [s for packet in packets if packet.sent for s in _setpoints(packet)]
     try:
-        config, text, made_by = _configuration(folder / MCAP_NAME, records)
+        config, text, made_by = _configuration(mcap, records)
         steps, missing = _steps(records, sent)
     except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise ReplayError(
-            f"{folder / MCAP_NAME}: its records are not those of a flight of this version "
+            f"{mcap}: its records are not those of a flight of this version "
             f"({type(error).__name__}: {error}). Replay it with the version that flew it."
         ) from error
     framer = Framer()
     received = [f for packet in packets if not packet.sent for f in framer.feed(packet.raw)]
     return RecordedFlight(config, text, made_by, steps, tuple(received), missing)
+
+
+def _files(path: Path) -> tuple[Path, Path]:
+    """The records and the packets of a flight, by its folder or by one of them."""
+    if path.suffix == ".mcap":
+        return path, _beside(path, TLOG_NAME)
+    if path.suffix == ".tlog":
+        return _beside(path, MCAP_NAME), path
+    return _recovered_first(path / MCAP_NAME), _recovered_first(path / TLOG_NAME)
+
+
+def _beside(named: Path, other: str) -> Path:
+    """The other file of a flight: of the same stem; else, of what was recovered, the original."""
+    same = named.with_suffix(Path(other).suffix)
+    if same.exists():
+        return same
+    original = same.with_name(same.name.replace(RECOVERED, "", 1))
+    return original if original.exists() else named.with_name(other)
+
+
+def _recovered_first(path: Path) -> Path:
+    recovered = recovered_path(path)
+    return recovered if recovered.is_file() else path
 
 
 def _records(path: Path) -> list[LogRecord]:
