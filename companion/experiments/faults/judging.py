@@ -13,7 +13,7 @@ from companion.experiments.faults.evidence import Evidence, Said, TruePath
 from companion.experiments.faults.table import Promise
 
 CRASH_SPEED_M_S = 2.0
-"""Downwards, at the ground."""
+"""At the ground: downwards, and sideways."""
 CRASH_TILT_RAD = math.radians(60.0)
 _GROUND_M = 0.03
 """Above where it stood: so low is on the ground."""
@@ -21,6 +21,14 @@ _AIRBORNE_M = 0.3
 _BEFORE_TOUCH_S = 0.15
 _STILL_M_S = 0.3
 _SINKS_M_S = 0.15
+_FALLS_M_S = 1.5
+"""Sinks faster than an autopilot brings a vehicle down from these heights."""
+_SLIDES_M_S = 1.0
+"""Sideways; what is brought down does not."""
+_FARTHEST_M = 50.0
+"""From home; what is farther has flown away."""
+_TRUE_TILT_MORE_RAD = math.radians(10.0)
+"""So far the true tilt swings beyond the limit of what is commanded."""
 _LAST_S = 2.0
 _TILT_TOLERANCE_RAD = math.radians(0.1)
 """Of float32, and of the two angles' order."""
@@ -60,7 +68,11 @@ class Measured:
     largest_tilt_deg: float
     """That was commanded."""
     true_tilt_deg: float
+    flown_tilt_deg: float
+    """The true one, as long as the companion flew."""
     touchdown_m_s: float
+    slide_m_s: float
+    """Sideways, as it met the ground."""
     oldest_state_s: float
     """Behind a setpoint that was not level."""
     late_setpoints: int
@@ -72,6 +84,8 @@ class Measured:
     worst_error_mm: float
     from_home_m: float
     """Horizontally, where it ended, from where it stood."""
+    farthest_m: float
+    """Horizontally, at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +133,9 @@ def measure(promise: Promise, evidence: Evidence) -> Measured:
         handed_over_after_s=_handed_over_after_s(evidence, began_s),
         largest_tilt_deg=math.degrees(_largest(sent.tilt_rad)),
         true_tilt_deg=math.degrees(_largest(path.tilt_rad)),
+        flown_tilt_deg=math.degrees(_flown_tilt_rad(evidence)),
         touchdown_m_s=touchdown_m_s(path),
+        slide_m_s=slide_m_s(path),
         oldest_state_s=_largest(sent.state_age_s[tilted]),
         late_setpoints=_late_setpoints(evidence),
         arm_commands=len(evidence.arm_commands_s),
@@ -127,6 +143,7 @@ def measure(promise: Promise, evidence: Evidence) -> Measured:
         mean_error_mm=float(scored.mean()) * 1e3 if len(scored) else math.nan,
         worst_error_mm=_largest(scored) * 1e3,
         from_home_m=_from_home_m(path),
+        farthest_m=_farthest_m(path),
     )
 
 
@@ -141,9 +158,12 @@ def ending_of(evidence: Evidence) -> str:
     heights = path.position_enu_m[last, 2] - path.position_enu_m[0, 2]
     if float(heights[-1]) < _GROUND_M:
         return "landed" if evidence.outcome == "landed" else "handed over"
-    velocity = path.velocity_enu_m_s[last].mean(axis=0)
+    velocities = path.velocity_enu_m_s[last]
+    if float(velocities[:, 2].min()) < -_FALLS_M_S:
+        return "drifting"
+    velocity = velocities.mean(axis=0)
     if velocity[2] < -_SINKS_M_S:
-        return "handed over"
+        return "handed over" if math.hypot(velocity[0], velocity[1]) < _SLIDES_M_S else "drifting"
     return "held" if math.hypot(*velocity) < _STILL_M_S else "drifting"
 
 
@@ -154,21 +174,32 @@ def flew(path: TruePath) -> bool:
 
 def crashed(path: TruePath) -> bool:
     """Whether it hit the ground, or tilted as no vehicle that is flown does."""
-    return _largest(path.tilt_rad) > CRASH_TILT_RAD or touchdown_m_s(path) > CRASH_SPEED_M_S
+    met_m_s = (touchdown_m_s(path), slide_m_s(path))
+    return _largest(path.tilt_rad) > CRASH_TILT_RAD or any(v > CRASH_SPEED_M_S for v in met_m_s)
 
 
 def touchdown_m_s(path: TruePath) -> float:
     """The fastest sinking with which it met the ground; NaN if it did not."""
+    return max((float((-v[:, 2]).max()) for v in _touches(path)), default=math.nan)
+
+
+def slide_m_s(path: TruePath) -> float:
+    """The fastest sideways motion with which it met the ground; NaN if it did not."""
+    fastest = (float(np.hypot(v[:, 0], v[:, 1]).max()) for v in _touches(path))
+    return max(fastest, default=math.nan)
+
+
+def _touches(path: TruePath) -> list[np.ndarray]:
+    """The velocities just before each touch of the ground."""
     if not len(path.time_s):
-        return math.nan
+        return []
     low = path.position_enu_m[:, 2] - path.position_enu_m[0, 2] < _GROUND_M
     touches = np.flatnonzero(low[1:] & ~low[:-1]) + 1
-    fastest = math.nan
-    for touch in touches:
-        first = int(np.searchsorted(path.time_s, path.time_s[touch] - _BEFORE_TOUCH_S))
-        sinking = -float(path.velocity_enu_m_s[first : touch + 1, 2].min())
-        fastest = sinking if math.isnan(fastest) else max(fastest, sinking)
-    return fastest
+    first = np.searchsorted(path.time_s, path.time_s[touches] - _BEFORE_TOUCH_S)
+    return [
+        path.velocity_enu_m_s[begin : touch + 1]
+        for begin, touch in zip(first.tolist(), touches.tolist(), strict=True)
+    ]
 
 
 def _of_all(evidence: Evidence, limits: Limits, measured: Measured) -> list[str]:
@@ -184,6 +215,15 @@ def _of_all(evidence: Evidence, limits: Limits, measured: Measured) -> list[str]
         broken.append(
             f"a tilt of {measured.largest_tilt_deg:.1f}° was commanded, and "
             f"{math.degrees(limits.tilt_rad):.1f}° is the limit"
+        )
+    if measured.flown_tilt_deg > math.degrees(limits.tilt_rad + _TRUE_TILT_MORE_RAD):
+        broken.append(
+            f"it tilted by {measured.flown_tilt_deg:.1f}° while the companion flew it, and "
+            f"{math.degrees(limits.tilt_rad):.1f}° is the limit"
+        )
+    if measured.farthest_m > _FARTHEST_M:
+        broken.append(
+            f"it went {measured.farthest_m:.0f} m from home, and {_FARTHEST_M:g} m is far"
         )
     if measured.oldest_state_s > limits.state_age_s:
         broken.append(
@@ -302,6 +342,23 @@ def _arm_again(evidence: Evidence) -> int:
     if evidence.disarmed_s is not None:
         since_s.append(evidence.disarmed_s)
     return sum(time_s > min(since_s, default=math.inf) for time_s in evidence.arm_commands_s)
+
+
+def _flown_tilt_rad(evidence: Evidence) -> float:
+    """The largest true tilt until the vehicle was another's, or its motors stood."""
+    over_s = [begun.time_s for begun in evidence.begun if begun.name in _DISARMING]
+    over_s += [time_s for time_s, name in evidence.phases if name == _HANDED_OVER]
+    over_s.append(evidence.ended_s)
+    if evidence.taken_over_s is not None:
+        over_s.append(evidence.taken_over_s)
+    return _largest(evidence.path.tilt_rad[evidence.path.time_s <= min(over_s)])
+
+
+def _farthest_m(path: TruePath) -> float:
+    if not len(path.time_s):
+        return math.nan
+    away = path.position_enu_m - path.position_enu_m[0]
+    return _largest(np.hypot(away[:, 0], away[:, 1]))
 
 
 def _from_home_m(path: TruePath) -> float:

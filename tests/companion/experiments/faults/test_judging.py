@@ -135,13 +135,74 @@ def test_how_fast_it_meets_the_ground_decides(speed_m_s, ending):
     assert ending_of(evidence(path=fall)) == ending
 
 
+@pytest.mark.parametrize(("speed_m_s", "ending"), [(1.9, "landed"), (2.1, "crashed")])
+def test_a_slide_at_the_ground_is_a_crash(speed_m_s, ending):
+    sideways = np.interp(TIMES_S, [16.0, 21.0], [0.0, 5.0 * speed_m_s])
+    flown = path(TIMES_S, heights(TIMES_S), sideways_m=sideways)
+    assert ending_of(evidence(path=flown)) == ending
+
+
+def in_the_end(rates_m_s, lasts_s, sideways_m_s=0.0):
+    """In the air until the watch ends, with another motion at last."""
+    end = TIMES_S[-1] - lasts_s
+    height = np.interp(TIMES_S, [1.0, 4.0], [0.0, 9.0])
+    height = height - rates_m_s * np.clip(TIMES_S - end, 0.0, None)
+    return path(TIMES_S, height, sideways_m=sideways_m_s * np.clip(TIMES_S - end, 0.0, None))
+
+
+@pytest.mark.parametrize(
+    ("flown", "ending"),
+    [
+        (in_the_end(1.4, 3.0), "handed over"),
+        (in_the_end(1.6, 3.0), "drifting"),
+        (in_the_end(4.0, 0.2), "drifting"),  # it has begun to fall
+        (in_the_end(0.5, 3.0, sideways_m_s=0.9), "handed over"),
+        (in_the_end(0.5, 3.0, sideways_m_s=1.1), "drifting"),
+    ],
+)
+def test_who_brings_it_down_does_so_slowly_and_upright(flown, ending):
+    assert ending_of(evidence(path=flown)) == ending
+
+
+def test_a_vehicle_that_went_far_away_was_not_flown_as_promised():
+    sideways = np.interp(TIMES_S, [5.0, 16.0], [0.0, 51.0])
+    flown = path(TIMES_S, heights(TIMES_S), sideways_m=sideways)
+    assert broken(path=flown) == ("it went 51 m from home, and 50 m is far",)
+    there_and_back = np.interp(TIMES_S, [5.0, 10.0, 16.0], [0.0, 51.0, 0.0])
+    flown = path(TIMES_S, heights(TIMES_S), sideways_m=there_and_back)
+    assert len(broken(path=flown)) == 1
+
+
+@pytest.mark.parametrize("until", ["taken over", "handed over", "disarm", "over"])
+def test_the_true_tilt_stays_near_the_limit_as_long_as_the_companion_flies(until):
+    def told(over_s):
+        tilt_rad = np.where((TIMES_S > 9.0) & (TIMES_S < 9.5), np.radians(41.0), 0.05)
+        flown = evidence(path=path(TIMES_S, heights(TIMES_S), tilt_rad=tilt_rad))
+        changes = {
+            "taken over": {"taken_over_s": over_s, "sent": setpoints(np.arange(5.0, over_s, 0.01))},
+            "handed over": {"phases": (*flown.phases, (over_s, "handed over"))},
+            "disarm": {"begun": (*flown.begun, Begun(over_s, "disarm", 1.0))},
+            "over": {"ended_s": over_s},
+        }
+        return judge(PROMISE, replace(flown, **changes[until]), LIMITS).broken
+
+    assert told(9.2) == ("it tilted by 41.0° while the companion flew it, and 30.0° is the limit",)
+    assert told(8.9) == ()
+
+
+def test_a_true_tilt_a_little_beyond_the_limit_is_a_swing():
+    flown = path(TIMES_S, heights(TIMES_S), tilt_rad=np.radians(39.0))
+    assert broken(path=flown) == ()
+
+
 def test_a_bounce_does_not_hide_the_first_touch():
     height = np.interp(TIMES_S, [1, 4, 16, 17, 17.2, 17.6], [0, 2.5, 2.5, 0, 0.1, 0])
     assert ending_of(evidence(path=path(TIMES_S, height))) == "crashed"
 
 
 def test_a_vehicle_that_topples_has_crashed():
-    toppled = path(TIMES_S, heights(TIMES_S), tilt_rad=np.radians(61.0))
+    tilt_rad = np.where(TIMES_S > 16.5, np.radians(61.0), 0.05)
+    toppled = path(TIMES_S, heights(TIMES_S), tilt_rad=tilt_rad)
     assert ending_of(evidence(path=toppled)) == "crashed"
     assert broken(promising(endings=("crashed",)), path=toppled) == ()
 
