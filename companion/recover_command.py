@@ -47,13 +47,26 @@ def run_recover(request: RecoverRequest) -> int:
 
     Returns:
         The exit status: 0 recovered, or whole already; 1 nothing in it is whole; 2 bad input.
+        Of a folder's logs the worst.
     """
     try:
         logs = _logs(request)
-        return max(_recover(log, request.out) for log in logs)
     except _RefusedError as error:
-        _console(sys.stderr).print(f"error: {error}", markup=False)
-        return _BAD_INPUT
+        return _refused(error)
+    return max(_status(log, request.out) for log in logs)
+
+
+def _status(log: Path, asked: Path | None) -> int:
+    """Recover one log; what stands in its way is told, and leaves the others alone."""
+    try:
+        return _recover(log, asked)
+    except _RefusedError as error:
+        return _refused(error)
+
+
+def _refused(error: _RefusedError) -> int:
+    _console(sys.stderr).print(f"error: {error}", markup=False)
+    return _BAD_INPUT
 
 
 def _logs(request: RecoverRequest) -> list[Path]:

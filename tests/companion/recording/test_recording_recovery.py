@@ -356,6 +356,28 @@ class TestCommand:
         assert run_recover(RecoverRequest(folder / "flight.mcap", elsewhere)) == 0
         assert_is_whole_and_indexed(elsewhere, CHUNKS * PER_CHUNK)
 
+    def test_a_log_that_is_refused_leaves_the_other_to_be_recovered(self, flown, tmp_path, capsys):
+        folder = self.folder_with(tmp_path, flown)
+        (folder / "flight.recovered.mcap").write_bytes(b"precious")
+        tlog = (flown / "flight.tlog").read_bytes()
+        (folder / "flight.tlog").write_bytes(tlog[:-1])
+
+        assert run_recover(RecoverRequest(folder)) == 2
+
+        said = capsys.readouterr()
+        assert "flight.recovered.mcap exists already" in said.err
+        assert "flight.tlog: 399 packets" in said.out
+        assert (folder / "flight.recovered.tlog").read_bytes() == tlog[: len(tlog) // 400 * 399]
+
+    @pytest.mark.parametrize(("tlog", "status"), [(b"", 1), (b"no packet", 1)])
+    def test_of_two_logs_the_worse_one_gives_the_status(self, flown, tmp_path, tlog, status):
+        folder = self.folder_with(tmp_path, flown)
+        (folder / "flight.tlog").write_bytes(tlog)
+
+        assert run_recover(RecoverRequest(folder)) == status
+
+        assert_is_whole_and_indexed(folder / "flight.recovered.mcap", CHUNKS * PER_CHUNK)
+
     def test_a_place_that_cannot_be_written_leaves_nothing(self, flown, tmp_path, capsys):
         folder = self.folder_with(tmp_path, flown)
 
