@@ -69,12 +69,12 @@ class Stage:
         self.backend.attach(self.endpoint)
         self.action = self.backend._action = Action(self.endpoint, **action)
 
-    def say_mode(self, custom_mode):
+    def say_mode(self, custom_mode, base_mode=0x81):
         self.link.receive(
             Packer(1, 1).pack(
                 encode(
                     "HEARTBEAT",
-                    type=2, autopilot=self.autopilot, base_mode=0x81, custom_mode=custom_mode,
+                    type=2, autopilot=self.autopilot, base_mode=base_mode, custom_mode=custom_mode,
                     system_status=4, mavlink_version=3,
                 )
             )
@@ -112,6 +112,26 @@ async def test_a_refusal_is_an_answer_and_says_what_mavsdk_said(stage, result, v
     assert answer.verdict is verdict
     assert said in answer.explanation
     assert not stage.endpoint.trusted
+
+
+async def test_arming_that_mavsdk_repeats_is_kept_back_once_the_vehicle_says_armed(stage):
+    """Its own answer was lost, so it goes on asking; what somebody disarms now stays disarmed."""
+    stage.say_mode(0, base_mode=0x01)
+    stage.action.waits = asyncio.Event()
+    stage.action.ends_with = ActionError(Result.TIMEOUT)
+    asked = asyncio.ensure_future(stage.backend.arm())
+    for _ in range(3):
+        await asyncio.sleep(0)
+    assert stage.endpoint.trusted
+
+    stage.say_mode(0)
+    for _ in range(3):
+        await asyncio.sleep(0)
+
+    assert not stage.endpoint.trusted
+    assert not asked.done(), "MAVSDK must not be asked for a take-off while it still repeats this"
+    stage.action.waits.set()
+    assert (await asked).verdict is Verdict.ACCEPTED
 
 
 async def test_what_breaks_inside_is_no_answer(stage):
