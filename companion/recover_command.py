@@ -114,6 +114,8 @@ def _recover(log: Path, asked: Path | None) -> int:
         console.print("  nothing in it is whole: nothing was written", markup=False)
         return _NOTHING_LEFT
     _write(log, found, out)
+    if isinstance(found, McapFindings) and not found.indexed:
+        console.print("  it has no index that fits: one was made", markup=False)
     console.print(f"  written: {out}", markup=False)
     return _DONE
 
@@ -142,8 +144,6 @@ def _told_losses(found: McapFindings | TlogFindings) -> list[str]:
         further = losses[_MOST_LOSSES_TOLD:]
         size = sum(loss.end - loss.start for loss in further)
         texts.append(f"lost: {size:,} bytes in {len(further)} further places")
-    if isinstance(found, McapFindings) and not found.indexed:
-        texts.append("it has no index that fits: one was made")
     return texts
 
 

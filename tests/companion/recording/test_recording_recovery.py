@@ -221,6 +221,16 @@ def test_a_file_shorter_than_its_magic_bytes_holds_nothing(tmp_path, recover, si
     assert not out.exists()
 
 
+@pytest.mark.parametrize("data", [b"", b"junk" * 500])
+def test_an_index_that_was_not_made_is_not_told(recover, data):
+    status, said, out = recover(data)
+
+    assert status == 1
+    assert "nothing was written" in said
+    assert "index" not in said
+    assert not out.exists()
+
+
 def test_a_damaged_chunk_names_the_remedy_to_who_reads_it(flown, tmp_path):
     data = bytearray((flown / "finished.mcap").read_bytes())
     data[len(data) // 2] ^= 1
@@ -369,12 +379,12 @@ class TestCommand:
         assert "flight.tlog: 399 packets" in said.out
         assert (folder / "flight.recovered.tlog").read_bytes() == tlog[: len(tlog) // 400 * 399]
 
-    @pytest.mark.parametrize(("tlog", "status"), [(b"", 1), (b"no packet", 1)])
-    def test_of_two_logs_the_worse_one_gives_the_status(self, flown, tmp_path, tlog, status):
+    @pytest.mark.parametrize("tlog", [b"", b"no packet"])
+    def test_of_two_logs_the_worse_one_gives_the_status(self, flown, tmp_path, tlog):
         folder = self.folder_with(tmp_path, flown)
         (folder / "flight.tlog").write_bytes(tlog)
 
-        assert run_recover(RecoverRequest(folder)) == status
+        assert run_recover(RecoverRequest(folder)) == 1
 
         assert_is_whole_and_indexed(folder / "flight.recovered.mcap", CHUNKS * PER_CHUNK)
 
@@ -384,7 +394,10 @@ class TestCommand:
         status = run_recover(RecoverRequest(folder / "flight.mcap", tmp_path / "no" / "x.mcap"))
 
         assert status == 2
-        assert "--out" in capsys.readouterr().err
+        said = capsys.readouterr()
+        assert "--out" in said.err
+        assert "612 records" in said.out
+        assert "one was made" not in said.out
 
     @pytest.mark.parametrize(
         ("name", "why"),
