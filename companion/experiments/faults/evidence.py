@@ -9,7 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from companion.experiments.faults.wire_log import Commanded
+from companion.mavlink.commands import CommandId
+
 Array = NDArray[np.float64]
+_ARM = CommandId.COMPONENT_ARM_DISARM
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,10 +87,17 @@ class Evidence:
     tracked: Tracked
     taken_over_s: float | None
     """When the companion could first know that the vehicle had left the mode of setpoints."""
-    arm_commands_s: tuple[float, ...]
+    others_s: float | None
+    """When it could first know that the vehicle was in a mode that it had not commanded."""
+    commands: tuple[Commanded, ...]
     armed_s: float | None
     """When the companion could first know that the vehicle was armed."""
     disarmed_s: float | None
     """When the companion could first know that the vehicle was disarmed, after it was armed."""
     ended_s: float
     """When the companion's flight was over."""
+
+    @property
+    def arm_commands_s(self) -> tuple[float, ...]:
+        """When arming was commanded."""
+        return tuple(c.time_s for c in self.commands if c.command_id == _ARM and c.params[0] == 1.0)

@@ -1,7 +1,7 @@
 """Whether a flight kept what its row promises, and what every flight promises.
 
 Every flight: no tilt beyond the vehicle's limit; no setpoint that is not finite, bounded and fresh;
-none after somebody else has taken over; nothing armed twice.
+none, and no command, after somebody else has taken over; nothing armed twice.
 """
 
 import math
@@ -11,6 +11,7 @@ import numpy as np
 
 from companion.experiments.faults.evidence import Evidence, Said, TruePath
 from companion.experiments.faults.table import Promise
+from companion.experiments.faults.wire_log import Commanded
 
 CRASH_SPEED_M_S = 2.0
 """At the ground: downwards, and sideways."""
@@ -77,6 +78,8 @@ class Measured:
     """Behind a setpoint that was not level."""
     late_setpoints: int
     """After a takeover."""
+    late_commands: int
+    """That are about motion, after somebody else has taken over."""
     arm_commands: int
     arm_again: int
     """Of these, how many after it was known to be armed, or after it has truly disarmed."""
@@ -138,6 +141,7 @@ def measure(promise: Promise, evidence: Evidence) -> Measured:
         slide_m_s=slide_m_s(path),
         oldest_state_s=_largest(sent.state_age_s[tilted]),
         late_setpoints=_late_setpoints(evidence),
+        late_commands=len(_late_commands(evidence)),
         arm_commands=len(evidence.arm_commands_s),
         arm_again=_arm_again(evidence),
         mean_error_mm=float(scored.mean()) * 1e3 if len(scored) else math.nan,
@@ -232,6 +236,10 @@ def _of_all(evidence: Evidence, limits: Limits, measured: Measured) -> list[str]
         )
     if measured.late_setpoints:
         broken.append(f"{measured.late_setpoints} setpoints were sent after a takeover")
+    late = _late_commands(evidence)
+    if late:
+        names = ", ".join(sorted({command.label for command in late}))
+        broken.append(f"{len(late)} commands were sent after a takeover: {names}")
     if measured.arm_again:
         broken.append(f"it was commanded to arm again, {measured.arm_again} times")
     return broken
@@ -328,6 +336,14 @@ def _late_setpoints(evidence: Evidence) -> int:
     if evidence.taken_over_s is None:
         return 0
     return int((evidence.sent.time_s > evidence.taken_over_s + _OBEYED_WITHIN_S).sum())
+
+
+def _late_commands(evidence: Evidence) -> list[Commanded]:
+    """After the vehicle was in a mode that the companion had not commanded."""
+    if evidence.others_s is None:
+        return []
+    since_s = evidence.others_s + _OBEYED_WITHIN_S
+    return [c for c in evidence.commands if c.moves and c.time_s > since_s]
 
 
 def _arm_again(evidence: Evidence) -> int:

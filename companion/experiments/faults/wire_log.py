@@ -15,6 +15,7 @@ from companion.mavlink.messages import (
     COMPONENT_AUTOPILOT,
     COMPONENT_TRUTH,
     MessageId,
+    Target,
 )
 from companion.mavlink.telemetry import Rejected, state_from_odometry
 from companion.mavlink.truth_events import TruthEvent, truth_event
@@ -24,6 +25,8 @@ _HEARTBEAT = struct.Struct("<IBBBBB")
 _COMMAND_LONG = struct.Struct("<7fHBBB")
 _COMMAND_INT = struct.Struct("<4fiifHBBBBB")
 _RATES_ONLY = 128
+_REQUEST_MESSAGE = 512
+_ABOUT_MESSAGES = (CommandId.SET_MESSAGE_INTERVAL, _REQUEST_MESSAGE)
 _OVERTAKEN_WITHIN_S = 0.3
 _BEGAN_ANEW_S = 1.0
 _STAMPS = {
@@ -47,6 +50,29 @@ class Setpoint:
     state_age_s: float
 
 
+@dataclass(frozen=True, slots=True)
+class Commanded:
+    """A command that left, as COMMAND_LONG or COMMAND_INT."""
+
+    time_s: float
+    command_id: int
+    params: tuple[float, float, float]
+    """The first three."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is about the vehicle's motion; else it asks for messages."""
+        return self.command_id not in _ABOUT_MESSAGES
+
+    @property
+    def label(self) -> str:
+        """For a person."""
+        try:
+            return CommandId(self.command_id).name
+        except ValueError:
+            return f"command {self.command_id}"
+
+
 @dataclass(slots=True)
 class WireLog:
     """What the packets tell; times by the companion's clock."""
@@ -59,8 +85,10 @@ class WireLog:
     truth_tilts_rad: list[float] = field(default_factory=list)
     events: list[tuple[float, TruthEvent]] = field(default_factory=list)
     """Each once, with its first arrival."""
-    arm_commands_s: list[float] = field(default_factory=list)
+    commands: list[Commanded] = field(default_factory=list)
     taken_over_s: float | None = None
+    others_s: float | None = None
+    """When the vehicle first left for a mode that the companion had not commanded last."""
     armed_s: float | None = None
     disarmed_s: float | None = None
 
@@ -99,6 +127,7 @@ class _Reader:
         self._newest_stamp_s = -math.inf
         self._new_state_s = -math.inf
         self._sequence: tuple[int, float] | None = None
+        self._mode_command: Commanded | None = None
         self._obeyed = False
         self._was_armed = False
         self._events: set[TruthEvent] = set()
@@ -107,11 +136,11 @@ class _Reader:
         if frame.message_id == MessageId.SET_ATTITUDE_TARGET:
             self.found.setpoints.append(self._setpoint(time_s, frame))
         elif frame.message_id == MessageId.COMMAND_LONG:
-            first, command = _fields(frame, _COMMAND_LONG)[0:8:7]
-            self._take_command(time_s, first, command)
+            fields = _fields(frame, _COMMAND_LONG)
+            self._take_command(Commanded(time_s, fields[7], fields[:3]))
         elif frame.message_id == MessageId.COMMAND_INT:
-            first, command = _fields(frame, _COMMAND_INT)[0:8:7]
-            self._take_command(time_s, first, command)
+            fields = _fields(frame, _COMMAND_INT)
+            self._take_command(Commanded(time_s, fields[7], fields[:3]))
 
     def take_truth(self, time_s: float, frame: Frame) -> None:
         found = self.found
@@ -161,16 +190,31 @@ class _Reader:
         return False
 
     def _take_mode(self, time_s: float, custom_mode: int) -> None:
-        if time_s < self._engaged_s or self.found.taken_over_s is not None:
+        found = self.found
+        if time_s < self._engaged_s or found.others_s is not None:
             return
         if self._dialect.mode_name(custom_mode) == self._dialect.setpoint_mode:
             self._obeyed = True
         elif self._obeyed:
-            self.found.taken_over_s = time_s
+            if found.taken_over_s is None:
+                found.taken_over_s = time_s
+            if not self._commanded(custom_mode):
+                found.others_s = time_s
 
-    def _take_command(self, time_s: float, first: float, command: int) -> None:
-        if command == CommandId.COMPONENT_ARM_DISARM and first == 1.0:
-            self.found.arm_commands_s.append(time_s)
+    def _commanded(self, custom_mode: int) -> bool:
+        """Whether it is the mode that the companion has commanded last."""
+        if self._mode_command is None:
+            return False
+        try:
+            wanted = self._dialect.set_mode(Target(1), self._dialect.mode_name(custom_mode))
+        except KeyError:
+            return False
+        return self._mode_command.params == wanted.params[:3]
+
+    def _take_command(self, command: Commanded) -> None:
+        self.found.commands.append(command)
+        if command.command_id == CommandId.DO_SET_MODE:
+            self._mode_command = command
 
     def _setpoint(self, time_s: float, frame: Frame) -> Setpoint:
         _, w, x, y, z, p, q, r, thrust, _, _, mask = _fields(frame, _SETPOINT)

@@ -14,6 +14,8 @@ from companion.experiments.faults.evidence import (
 )
 from companion.experiments.faults.judging import Limits
 from companion.experiments.faults.table import Promise
+from companion.experiments.faults.wire_log import Commanded
+from companion.mavlink.commands import CommandId
 
 LIMITS = Limits(tilt_rad=np.radians(30.0), state_age_s=0.1)
 FAULT_S = 10.0
@@ -75,7 +77,8 @@ def evidence(**changes):
         path=path(times_s, heights(times_s)),
         tracked=Tracked(ticks_s, np.full(len(ticks_s), 0.02), ticks_s < 15.0),
         taken_over_s=16.0,
-        arm_commands_s=(0.5,),
+        others_s=None,
+        commands=(Commanded(0.5, CommandId.COMPONENT_ARM_DISARM, (1.0, 0.0, 0.0)),),
         armed_s=1.0,
         disarmed_s=23.0,
         ended_s=23.0,

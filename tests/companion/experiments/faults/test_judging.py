@@ -7,6 +7,8 @@ import pytest
 
 from companion.experiments.faults.evidence import Begun, Said, TruePath
 from companion.experiments.faults.judging import ending_of, judge, touchdown_m_s
+from companion.experiments.faults.wire_log import Commanded
+from companion.mavlink.commands import CommandId
 from tests.companion.experiments.faults.synthetic import (
     FAULT_S,
     LIMITS,
@@ -22,6 +24,12 @@ TIMES_S = np.arange(0.0, 24.0, 0.01)
 
 def broken(promise=PROMISE, **changes):
     return judge(promise, evidence(**changes), LIMITS).broken
+
+
+def arming(*times_s):
+    return tuple(
+        Commanded(time_s, CommandId.COMPONENT_ARM_DISARM, (1.0, 0, 0)) for time_s in times_s
+    )
 
 
 def promising(**changes):
@@ -80,25 +88,53 @@ def test_what_is_on_its_way_when_somebody_takes_over_does_not_count():
     assert broken(taken_over_s=15.97) == ()
 
 
+@pytest.mark.parametrize(
+    ("command_id", "name"),
+    [
+        (CommandId.DO_SET_MODE, "DO_SET_MODE"),
+        (CommandId.NAV_TAKEOFF, "NAV_TAKEOFF"),
+        (21, "command 21"),  # NAV_LAND
+        (CommandId.COMPONENT_ARM_DISARM, "COMPONENT_ARM_DISARM"),
+    ],
+)
+def test_no_command_after_a_takeover(command_id, name):
+    def told(time_s):
+        late = Commanded(time_s, command_id, (0.0, 0.0, 0.0))
+        return broken(others_s=12.0, commands=(*arming(0.5), late))
+
+    assert told(12.1) == (f"1 commands were sent after a takeover: {name}",)
+    assert told(12.02) == ()  # it was on its way
+
+
+def test_messages_may_be_asked_for_after_a_takeover():
+    asked = Commanded(13.0, CommandId.SET_MESSAGE_INTERVAL, (32.0, 1e4, 0.0))
+    assert broken(others_s=12.0, commands=(*arming(0.5), asked)) == ()
+
+
+def test_commands_to_a_vehicle_that_nobody_else_has_taken_are_the_companions_own():
+    landing = Commanded(16.5, CommandId.DO_SET_MODE, (1.0, 4.0, 6.0))
+    assert broken(commands=(*arming(0.5), landing)) == ()
+
+
 def test_a_vehicle_is_not_armed_again():
-    assert broken(disarmed_s=12.0, arm_commands_s=(0.5, 12.5)) == (
+    assert broken(disarmed_s=12.0, commands=arming(0.5, 12.5)) == (
         "it was commanded to arm again, 1 times",
     )
 
 
 def test_asking_again_before_it_has_disarmed_is_no_second_arming():
-    assert broken(arm_commands_s=(0.5, 0.8, 1.02)) == ()
+    assert broken(commands=arming(0.5, 0.8, 1.02)) == ()
 
 
 def test_what_is_known_to_be_armed_is_not_armed_again():
-    assert broken(arm_commands_s=(0.5, 0.8, 1.1)) == ("it was commanded to arm again, 1 times",)
-    assert broken(armed_s=None, arm_commands_s=(0.5, 0.8, 1.1)) == ()
+    assert broken(commands=arming(0.5, 0.8, 1.1)) == ("it was commanded to arm again, 1 times",)
+    assert broken(armed_s=None, commands=arming(0.5, 0.8, 1.1)) == ()
 
 
 @pytest.mark.parametrize("event", ["disarm", "reboot"])
 def test_what_has_truly_disarmed_is_not_armed_again_whether_that_is_known_or_not(event):
     begun = (*evidence().begun, Begun(0.7, event, 1.0))
-    told = broken(begun=begun, arm_commands_s=(0.5, 0.8), armed_s=None, disarmed_s=None)
+    told = broken(begun=begun, commands=arming(0.5, 0.8), armed_s=None, disarmed_s=None)
     assert told == ("it was commanded to arm again, 1 times",)
 
 

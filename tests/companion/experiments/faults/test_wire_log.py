@@ -12,6 +12,7 @@ from companion.mavlink.dialects import dialect_named
 from companion.mavlink.messages import COMPONENT_TRUTH, MessageId, Outgoing, Target
 
 PX4 = dialect_named("px4")
+LAND = PX4.custom_mode("land")
 OFFBOARD, LOITER = PX4.custom_mode("offboard"), PX4.custom_mode("loiter")
 ENGAGED_S = 5.0
 
@@ -49,6 +50,10 @@ class Packets:
     def arm(self, time_s):
         self.found.append((time_s, True, self.companion.pack(arm(Target(1)).as_long())))
 
+    def set_mode(self, time_s, name):
+        command = PX4.set_mode(Target(1), name).as_long()
+        self.found.append((time_s, True, self.companion.pack(command)))
+
     def received(self, time_s, raw):
         self.found.append((time_s, False, raw))
 
@@ -66,6 +71,33 @@ def test_whoever_leaves_the_mode_of_setpoints_after_engagement_takes_over():
     packets.heartbeat(9.0, OFFBOARD)
     packets.heartbeat(10.0, LOITER)
     assert packets.read().taken_over_s == 8.0
+
+
+def test_a_mode_that_the_companion_has_commanded_is_its_own():
+    packets = Packets()
+    packets.set_mode(5.0, "offboard")
+    packets.heartbeat(6.0, OFFBOARD)
+    packets.set_mode(7.0, "land")
+    packets.heartbeat(7.5, LAND)
+    packets.set_mode(7.6, "land")
+    packets.heartbeat(8.5, LAND)
+    found = packets.read()
+    assert (found.taken_over_s, found.others_s) == (7.5, None)
+    packets.heartbeat(9.5, LOITER)  # a pilot stops the landing
+    found = packets.read()
+    assert (found.taken_over_s, found.others_s) == (7.5, 9.5)
+
+
+def test_a_mode_that_somebody_else_has_chosen_is_not():
+    packets = Packets()
+    packets.set_mode(5.0, "offboard")
+    packets.heartbeat(6.0, OFFBOARD)
+    packets.heartbeat(7.5, LOITER)
+    packets.set_mode(8.0, "offboard")
+    packets.heartbeat(8.5, OFFBOARD)
+    found = packets.read()
+    assert (found.taken_over_s, found.others_s) == (7.5, 7.5)
+    assert [c.time_s for c in found.commands if c.moves] == [5.0, 8.0]
 
 
 def test_a_flight_that_never_engaged_is_taken_over_by_nobody():
@@ -103,7 +135,10 @@ def test_disarming_counts_after_arming_alone():
     packets.arm(4.0)
     found = packets.read()
     assert (found.armed_s, found.disarmed_s) == (2.0, 3.0)
-    assert found.arm_commands_s == [1.5, 4.0]
+    assert [(c.time_s, c.label) for c in found.commands] == [
+        (1.5, "COMPONENT_ARM_DISARM"),
+        (4.0, "COMPONENT_ARM_DISARM"),
+    ]
 
 
 def test_a_state_is_as_old_as_the_newest_stamp():
