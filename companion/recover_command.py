@@ -137,7 +137,7 @@ def _write(log: Path, found: McapFindings | TlogFindings, out: Path) -> None:
 
 
 def _told_losses(found: McapFindings | TlogFindings) -> list[str]:
-    """What is missing, and what is not, in a line each."""
+    """What is missing, in a line each."""
     losses = found.losses
     texts = [_told_loss(loss, found.first_us) for loss in losses[:_MOST_LOSSES_TOLD]]
     if len(losses) > _MOST_LOSSES_TOLD:
