@@ -94,6 +94,20 @@ def table(rows: tuple[Row, ...], measured: dict[str, list[dict[str, Any]]]) -> s
     return "\n\n".join(parts)
 
 
+def failures(measured: dict[str, list[dict[str, Any]]]) -> list[str]:
+    """Flights that failed, or were not flown: what they measured is no promise.
+
+    Args:
+        measured: flights by row, as faults.json has them.
+    """
+    return [
+        f"{name} ({flight['autopilot']})"
+        for name, flights in measured.items()
+        for flight in flights
+        if not flight["passed"]
+    ]
+
+
 def _line(texts: Cells) -> str:
     return "| " + " | ".join(texts) + " |"
 
@@ -163,6 +177,11 @@ def main() -> int:
     unknown = [row.name for row in rows if row.kind == "flight" and row.name not in measured]
     if unknown:
         parser.error(f"{options.faults} lacks {', '.join(unknown)}: run the whole table")
+    failed = failures(measured)
+    if failed:
+        parser.error(
+            f"{options.faults} has flights that failed: {', '.join(failed)}. Mend them first"
+        )
     made = written["made"]
     commit = f" (commit {made['commit']})" if made["commit"] else ""
     note = (
