@@ -11,6 +11,8 @@ from companion.mavlink.messages import Outgoing
 _AT_IT = (Result.IN_PROGRESS,)
 _HEARTBEATS_S = 3.0
 """Wait for a HEARTBEAT that says what became of an arming command."""
+_SECOND_THOUGHT_S = 0.1
+"""Between one that says disarmed and arming again: who has reasons to end it does so meanwhile."""
 
 
 def arms(command: Command) -> bool:
@@ -106,9 +108,9 @@ class CommandExchange:
                 f"no COMMAND_ACK came for {self.command.label}, but the autopilot's HEARTBEAT "
                 "says armed",
             )
-        elif not self._working and now_s >= self.answers_until_s:
+        elif self._awaits_word and not self._working and now_s >= self.answers_until_s:
             self._awaits_word = False
-            self._attempts.wait(now_s)
+            self._attempts.wait(now_s + _SECOND_THOUGHT_S)
 
     def on_restart(self) -> None:
         """The target has restarted: what it was to arm for is over."""

@@ -54,7 +54,9 @@ class Reports:
     """Those have said that the estimator has a horizontal position."""
     battery_remaining: float = math.nan
     texts: list[str] = field(default_factory=list)
-    """STATUSTEXTs, oldest first."""
+    """STATUSTEXTs, oldest first; the last of them."""
+    said: int = 0
+    """How many came so far."""
     on_mode: Callable[[int], None] | None = None
     """Called with every report of the mode."""
     on_text: Callable[[int, str], None] | None = None
@@ -126,6 +128,7 @@ class Reports:
                 return
             chunk, self._begun_text, self._begun_text_id = self._begun_text, "", 0
         text = chunk.rstrip("\0\t ")
+        self.said += 1
         self.texts.append(text)
         del self.texts[:-_KEPT_TEXTS]
         if self.on_text is not None:
