@@ -14,6 +14,8 @@ PacketCheck = Callable[[bytes], bool | None]
 
 _LINK_BITS = 3
 _SHORTEST_PACKET = 8
+_LEAP_US = 1_000_000
+"""So far a record's time does not lie outside its neighbours', unless it is damaged."""
 _COPIED_AT_ONCE = 1 << 20
 
 
@@ -55,7 +57,11 @@ def examine_tlog(path: Path, check: PacketCheck) -> TlogFindings:
             found.losses.append(_loss(data, position, resumed, found.last_us))
             position = resumed
             continue
-        time_us = TIME.unpack_from(data, position)[0] & ~_LINK_BITS
+        time_us = _time_us(data, position)
+        if _leaps(data, time_us, end, found.last_us, check):
+            found.losses.append(_loss(data, position, end, found.last_us))
+            position = end
+            continue
         found.first_us = time_us if found.first_us is None else found.first_us
         found.last_us = time_us
         found.packets += 1
@@ -108,6 +114,27 @@ def _end_of_record(data: bytes, position: int, check: PacketCheck) -> int | None
     return end if fits else None
 
 
+def _time_us(data: bytes, position: int) -> int:
+    time_us: int = TIME.unpack_from(data, position)[0]
+    return time_us & ~_LINK_BITS
+
+
+def _leaps(data: bytes, time_us: int, end: int, before_us: int | None, check: PacketCheck) -> bool:
+    """Whether a record's time is damaged: far outside those around it, which are in order.
+
+    No check sum covers it.  Where the clock itself was set, those around are not in order, or the
+    times stay where they have leapt to.
+    """
+    if before_us is None or not _may_begin(data, end):
+        return False
+    after_us = _time_us(data, end)
+    if before_us > after_us:
+        return False
+    if before_us - _LEAP_US <= time_us <= after_us + _LEAP_US:
+        return False
+    return _end_of_record(data, end, check) is not None
+
+
 def _may_begin(data: bytes, position: int) -> bool:
     start = position + TIME.size
     return start + 2 < len(data) and packet_length(data, start) is not None
@@ -131,5 +158,5 @@ def _next_record(data: bytes, position: int, check: PacketCheck) -> int:
 def _loss(data: bytes, start: int, end: int, after_us: int | None) -> Loss:
     before_us = None
     if end < len(data):
-        before_us = TIME.unpack_from(data, end)[0] & ~_LINK_BITS
+        before_us = _time_us(data, end)
     return Loss(start, end, after_us, before_us, only_zeros(data[start:end]))

@@ -313,6 +313,34 @@ class TestTlog:
                       len(raws))  # fmt: skip
         assert raws[before:] == written[len(written) - len(raws) + before :]
 
+    @pytest.mark.parametrize("byte", range(5))
+    @pytest.mark.parametrize("record", [1, 200, 398])
+    def test_a_time_that_leaps_against_those_around_it_is_lost(self, flown, recover, record, byte):
+        data = (flown / "flight.tlog").read_bytes()
+        size = len(data) // 400
+        damaged = bytearray(data)
+        damaged[record * size + byte] ^= 0x04
+
+        status, said, out = recover(bytes(damaged), "flight.tlog")
+
+        assert status == 0
+        assert "399 packets" in said
+        assert f"lost: {size} bytes at byte {record * size:,}: up to 0.04 s" in said
+        assert out.read_bytes() == data[: record * size] + data[(record + 1) * size :]
+
+    @pytest.mark.parametrize("step_s", [-3600.0, -2.0, -0.5, -0.3, 0.5, 3600.0])
+    def test_a_clock_that_was_set_costs_nothing(self, tmp_path, capsys, step_s):
+        log = TlogWriter(tmp_path / "flight.tlog", BASE_US)
+        raw = Packer(1).pack(heartbeat(VehicleStateOfHealth.ACTIVE))
+        for number in range(20):
+            log.write(0.2 * number + (step_s if number >= 10 else 0.0), raw, sent=False)
+        log.close()
+
+        assert run_recover(RecoverRequest(tmp_path / "flight.tlog")) == 0
+
+        assert "20 packets" in (said := capsys.readouterr().out)
+        assert "it is whole" in said
+
     def test_pymavlink_reads_what_was_recovered_to_the_end(self, flown, recover):
         data = bytearray((flown / "flight.tlog").read_bytes())
         data[3000:5000] = bytes(2000)
