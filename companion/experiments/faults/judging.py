@@ -9,28 +9,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from companion.experiments.faults.endings import (
+    ending_of,
+    largest,
+    slide_m_s,
+    touchdown_m_s,
+)
 from companion.experiments.faults.evidence import Evidence, Said, TruePath
 from companion.experiments.faults.table import Promise
 from companion.experiments.faults.wire_log import Commanded
 
-CRASH_SPEED_M_S = 2.0
-"""At the ground: downwards, and sideways."""
-CRASH_TILT_RAD = math.radians(60.0)
-_GROUND_M = 0.03
-"""Above where it stood: so low is on the ground."""
-_AIRBORNE_M = 0.3
-_BEFORE_TOUCH_S = 0.15
-_STILL_M_S = 0.3
-_SINKS_M_S = 0.15
-_FALLS_M_S = 1.5
-"""Sinks faster than an autopilot brings a vehicle down from these heights."""
-_SLIDES_M_S = 1.0
-"""Sideways; what is brought down does not."""
 _FARTHEST_M = 50.0
 """From home; what is farther has flown away."""
 _TRUE_TILT_MORE_RAD = math.radians(10.0)
 """So far the true tilt swings beyond the limit of what is commanded."""
-_LAST_S = 2.0
 _TILT_TOLERANCE_RAD = math.radians(0.1)
 """Of float32, and of the two angles' order."""
 _LARGEST_RATE_RAD_S = 12.0
@@ -134,76 +126,21 @@ def measure(promise: Promise, evidence: Evidence) -> Measured:
         detected_by="" if detected is None else detected.text,
         said_after_s=math.nan if named is None else max(0.0, named.time_s - began_s),
         handed_over_after_s=_handed_over_after_s(evidence, began_s),
-        largest_tilt_deg=math.degrees(_largest(sent.tilt_rad)),
-        true_tilt_deg=math.degrees(_largest(path.tilt_rad)),
+        largest_tilt_deg=math.degrees(largest(sent.tilt_rad)),
+        true_tilt_deg=math.degrees(largest(path.tilt_rad)),
         flown_tilt_deg=math.degrees(_flown_tilt_rad(evidence)),
         touchdown_m_s=touchdown_m_s(path),
         slide_m_s=slide_m_s(path),
-        oldest_state_s=_largest(sent.state_age_s[tilted]),
+        oldest_state_s=largest(sent.state_age_s[tilted]),
         late_setpoints=_late_setpoints(evidence),
         late_commands=len(_late_commands(evidence)),
         arm_commands=len(evidence.arm_commands_s),
         arm_again=_arm_again(evidence),
         mean_error_mm=float(scored.mean()) * 1e3 if len(scored) else math.nan,
-        worst_error_mm=_largest(scored) * 1e3,
+        worst_error_mm=largest(scored) * 1e3,
         from_home_m=_from_home_m(path),
         farthest_m=_farthest_m(path),
     )
-
-
-def ending_of(evidence: Evidence) -> str:
-    """How a flight ended, by the truth, and by the companion who brought it down."""
-    path = evidence.path
-    if not len(path.time_s) or not flew(path):
-        return "not flown"
-    if crashed(path):
-        return "crashed"
-    last = path.time_s >= path.time_s[-1] - _LAST_S
-    heights = path.position_enu_m[last, 2] - path.position_enu_m[0, 2]
-    if float(heights[-1]) < _GROUND_M:
-        return "landed" if evidence.outcome == "landed" else "handed over"
-    velocities = path.velocity_enu_m_s[last]
-    if float(velocities[:, 2].min()) < -_FALLS_M_S:
-        return "drifting"
-    velocity = velocities.mean(axis=0)
-    if velocity[2] < -_SINKS_M_S:
-        return "handed over" if math.hypot(velocity[0], velocity[1]) < _SLIDES_M_S else "drifting"
-    return "held" if math.hypot(*velocity) < _STILL_M_S else "drifting"
-
-
-def flew(path: TruePath) -> bool:
-    """Whether it left the ground."""
-    return bool((path.position_enu_m[:, 2] - path.position_enu_m[0, 2] > _AIRBORNE_M).any())
-
-
-def crashed(path: TruePath) -> bool:
-    """Whether it hit the ground, or tilted as no vehicle that is flown does."""
-    met_m_s = (touchdown_m_s(path), slide_m_s(path))
-    return _largest(path.tilt_rad) > CRASH_TILT_RAD or any(v > CRASH_SPEED_M_S for v in met_m_s)
-
-
-def touchdown_m_s(path: TruePath) -> float:
-    """The fastest sinking with which it met the ground; NaN if it did not."""
-    return max((float((-v[:, 2]).max()) for v in _touches(path)), default=math.nan)
-
-
-def slide_m_s(path: TruePath) -> float:
-    """The fastest sideways motion with which it met the ground; NaN if it did not."""
-    fastest = (float(np.hypot(v[:, 0], v[:, 1]).max()) for v in _touches(path))
-    return max(fastest, default=math.nan)
-
-
-def _touches(path: TruePath) -> list[np.ndarray]:
-    """The velocities just before each touch of the ground."""
-    if not len(path.time_s):
-        return []
-    low = path.position_enu_m[:, 2] - path.position_enu_m[0, 2] < _GROUND_M
-    touches = np.flatnonzero(low[1:] & ~low[:-1]) + 1
-    first = np.searchsorted(path.time_s, path.time_s[touches] - _BEFORE_TOUCH_S)
-    return [
-        path.velocity_enu_m_s[begin : touch + 1]
-        for begin, touch in zip(first.tolist(), touches.tolist(), strict=True)
-    ]
 
 
 def _of_all(evidence: Evidence, limits: Limits, measured: Measured) -> list[str]:
@@ -367,14 +304,14 @@ def _flown_tilt_rad(evidence: Evidence) -> float:
     over_s.append(evidence.ended_s)
     if evidence.taken_over_s is not None:
         over_s.append(evidence.taken_over_s)
-    return _largest(evidence.path.tilt_rad[evidence.path.time_s <= min(over_s)])
+    return largest(evidence.path.tilt_rad[evidence.path.time_s <= min(over_s)])
 
 
 def _farthest_m(path: TruePath) -> float:
     if not len(path.time_s):
         return math.nan
     away = path.position_enu_m - path.position_enu_m[0]
-    return _largest(np.hypot(away[:, 0], away[:, 1]))
+    return largest(np.hypot(away[:, 0], away[:, 1]))
 
 
 def _from_home_m(path: TruePath) -> float:
@@ -382,9 +319,3 @@ def _from_home_m(path: TruePath) -> float:
         return math.nan
     away = path.position_enu_m[-1] - path.position_enu_m[0]
     return math.hypot(away[0], away[1])
-
-
-def _largest(values: np.ndarray) -> float:
-    """NaN of none."""
-    finite = values[np.isfinite(values)]
-    return float(finite.max()) if len(finite) else math.nan

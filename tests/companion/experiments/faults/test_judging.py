@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from companion.experiments.faults.endings import ending_of, touchdown_m_s
 from companion.experiments.faults.evidence import Begun, Said, TruePath
-from companion.experiments.faults.judging import ending_of, judge, touchdown_m_s
+from companion.experiments.faults.judging import judge
 from companion.experiments.faults.wire_log import Commanded
 from companion.mavlink.commands import CommandId
 from tests.companion.experiments.faults.synthetic import (
