@@ -148,3 +148,19 @@ def test_a_state_that_is_slow_only_while_the_check_asks_is_not_told(bench):
     assert flown.outcome.outcome == "landed", flown.outcome.note
     assert not any("arrives at" in text for _, _, text in flown.seen.messages)
     assert intervals_asked(flown).count(int(MessageId.ODOMETRY)) == 1
+
+
+def test_the_first_questions_are_repeated_as_a_bad_link_needs(bench):
+    unanswered = 8
+
+    def lose_answers(packet):
+        nonlocal unanswered
+        if packet.message_id != MessageId.COMMAND_ACK or unanswered == 0:
+            return packet.raw
+        unanswered -= 1
+        return b""
+
+    bench.wire.from_shim = lose_answers
+    flown = bench.fly(airborne=True)
+    assert unanswered == 0
+    assert flown.outcome.outcome == "tracked"

@@ -20,6 +20,9 @@ from companion.mavlink.state_source import (
 
 _ARMING = Patience(attempts=6)
 """However bad the link: each attempt waits for a HEARTBEAT, and arming is not to be insisted on."""
+_AT_FIRST = Patience(attempts=10)
+"""With the first questions, before anything is known of the link: a third of the packets lost both
+ways leaves half of them unanswered."""
 _LONGEST_S = 60.0
 """No exchange takes this long by its own patience: this only guards against a bug."""
 
@@ -49,10 +52,19 @@ class Exchanges:
         self._commands = CommandQueue()
         self._mode_change: ModeChange | None = None
 
-    async def command(self, command: Command) -> CommandExchange:
-        """Send a command and wait for its verdict, whatever that is."""
+    async def command(
+        self,
+        command: Command,
+        usual: Patience = Patience(),  # noqa: B008 - it is frozen
+    ) -> CommandExchange:
+        """Send a command and wait for its verdict, whatever that is.
+
+        Args:
+            command: what to ask for.
+            usual: how patiently, on a good link.
+        """
         self._waiting.check()
-        patience = _ARMING if arms(command) else self._patience(Patience())
+        patience = _ARMING if arms(command) else self._patience(usual)
         exchange = self._commands.submit(command, patience)
         self.pump(asyncio.get_running_loop().time())
         try:
@@ -128,7 +140,7 @@ class Exchanges:
             if stream.message_id in STATE_MESSAGES:
                 stream = replace(stream, interval_s=1.0 / state_rate_hz)
             exchange = await self.command(
-                message_interval(target, int(stream.message_id), stream.interval_s)
+                message_interval(target, int(stream.message_id), stream.interval_s), _AT_FIRST
             )
             is_odometry = stream.message_id is MessageId.ODOMETRY
             if exchange.verdict is Verdict.ACCEPTED:
