@@ -75,7 +75,8 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_begins(tmp_p
 
 def test_a_loop_that_gets_little_of_the_processor_flies_or_hands_over(tracking):
     """Two hogs on its processor, and then only 40 ms of each 100."""
-    vehicle, companion = tracking("px4", speed=1.0, trajectory_s=8.0)
+    # Long enough that it is the lost terminal that ends the flight, not the trajectory.
+    vehicle, companion = tracking("px4", speed=1.0, trajectory_s=20.0)
     began_s = vehicle.clock_s
     processor = {max(os.sched_getaffinity(companion.process.pid))}
     os.sched_setaffinity(companion.process.pid, processor)
