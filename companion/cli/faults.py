@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from companion import cli_options as options
+from companion.cli.common import ExitStatus, bad_input
 
 
 def faults(
@@ -46,9 +47,8 @@ def faults(
     try:
         kept = run_faults(request)
     except (ConfigError, MissingExtraError, OSError) as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(2) from error
+        raise bad_input(error) from error
     except StudyInterruptedError as error:
         typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(4) from error
+        raise typer.Exit(ExitStatus.ABORTED) from error
     raise typer.Exit(0 if kept else 1)

@@ -6,8 +6,7 @@ from typing import Annotated
 import typer
 
 from companion import cli_options as options
-
-_BAD_INPUT = 2
+from companion.cli.common import bad_input
 
 
 def replay(
@@ -40,8 +39,7 @@ def replay(
     try:
         status = run_replay(ReplayRequest(log, controller, json_output, out))
     except BadInputError as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(_BAD_INPUT) from error
+        raise bad_input(error) from error
     raise typer.Exit(status)
 
 
