@@ -10,28 +10,11 @@ from typing import Any
 
 import yaml
 
+from companion.yaml_tokens import FAST_LOADER, PARSE_ERRORS, find_flaw
+
 _LARGEST_FILE_BYTES = 1_000_000
 _DEEPEST = 40
 """Levels of nesting: libyaml's own stack would end before Python's does."""
-_OPENING = (
-    yaml.BlockMappingStartToken,
-    yaml.BlockSequenceStartToken,
-    yaml.FlowMappingStartToken,
-    yaml.FlowSequenceStartToken,
-)
-_CLOSING = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
-
-# What PyYAML raises for text that it can't turn into values: apart from its own errors, tags such
-# as `!!int ""`, `!!bool x` and `!!timestamp x` fail deep inside its constructors.
-_PARSE_ERRORS = (
-    yaml.YAMLError,
-    ValueError,
-    LookupError,
-    AttributeError,
-    TypeError,
-    ArithmeticError,
-    RecursionError,
-)
 
 
 class ConfigError(ValueError):
@@ -42,7 +25,7 @@ class _Loader(yaml.SafeLoader):
     """PyYAML's, and numbers such as ``1e3``, which YAML 1.2 takes and PyYAML reads as text."""
 
 
-class _FastLoader(yaml.CSafeLoader if yaml.__with_libyaml__ else yaml.SafeLoader):  # type: ignore[misc]
+class _FastLoader(FAST_LOADER):  # type: ignore[misc]
     """The same on libyaml, which is ten times as fast, and vaguer about what is wrong."""
 
 
@@ -108,13 +91,13 @@ def _parsed_once(text: str, name: str, with_line: bool) -> tuple[Any, dict[tuple
     try:
         try:
             return _parsed_by(_FastLoader, text, name)
-        except _PARSE_ERRORS as error:
+        except PARSE_ERRORS as error:
             if isinstance(error, ConfigError):
                 raise
             return _parsed_by(_Loader, text, name)
     except ConfigError:
         raise
-    except _PARSE_ERRORS as error:
+    except PARSE_ERRORS as error:
         mark = getattr(error, "problem_mark", None)
         where = f", line {mark.line + 1}" if mark is not None and with_line else ""
         problem = getattr(error, "problem", None) or str(error) or type(error).__name__
@@ -137,25 +120,20 @@ def _parsed_by(
 
 
 def _refuse_what_explodes(loader_class: type[_Loader | _FastLoader], text: str, name: str) -> None:
-    """Look through the tokens, which takes no more memory than the text.
+    """Refuse a text before it takes memory.
 
     Raises:
         ConfigError: there are aliases, or too many levels.
     """
-    depth = 0
-    for token in yaml.scan(text, Loader=loader_class):
-        if isinstance(token, yaml.AliasToken):
-            raise ConfigError(f"{name}: YAML aliases (*name) are not taken; write the value out.")
-        if isinstance(token, _OPENING):
-            depth += 1
-            if depth > _DEEPEST:
-                line = token.start_mark.line + 1
-                raise ConfigError(
-                    f"{name}, line {line}: nests deeper than {_DEEPEST} levels, which no "
-                    "configuration does."
-                )
-        elif isinstance(token, _CLOSING):
-            depth -= 1
+    flaw = find_flaw(text, loader_class, _DEEPEST)
+    if flaw is None:
+        return
+    if flaw.kind == "alias":
+        raise ConfigError(f"{name}: YAML aliases (*name) are not taken; write the value out.")
+    raise ConfigError(
+        f"{name}, line {flaw.line}: nests deeper than {_DEEPEST} levels, which no configuration "
+        "does."
+    )
 
 
 def _lines_of(

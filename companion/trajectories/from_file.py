@@ -15,6 +15,7 @@ import numpy as np
 import yaml
 
 from companion.trajectories.trajectory import Array, Motion
+from companion.yaml_tokens import FAST_LOADER, PARSE_ERRORS, find_flaw
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -27,28 +28,9 @@ _LONGEST_S = 3600.0
 _FARTHEST_M = 10_000.0
 
 _DEEPEST = 10
-_FAST_LOADER = yaml.CSafeLoader if yaml.__with_libyaml__ else yaml.SafeLoader
-_OPENING = (
-    yaml.BlockMappingStartToken,
-    yaml.BlockSequenceStartToken,
-    yaml.FlowMappingStartToken,
-    yaml.FlowSequenceStartToken,
-)
-_CLOSING = (yaml.BlockEndToken, yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken)
 
 _Row = tuple[str, list[Any]]
 """Where a point stands, for messages, and what stands there."""
-
-# Apart from its own errors, PyYAML fails inside its constructors for tags such as `!!int ""`.
-_PARSE_ERRORS = (
-    yaml.YAMLError,
-    ValueError,
-    LookupError,
-    AttributeError,
-    TypeError,
-    ArithmeticError,
-    RecursionError,
-)
 
 
 class TrajectoryFileError(ValueError):
@@ -158,14 +140,14 @@ def _rows_from_csv(path: Path, text: str) -> list[_Row]:
 def _rows_from_yaml(path: Path, text: str) -> tuple[str, list[_Row]]:
     try:
         try:
-            content = _from_yaml(_FAST_LOADER, path, text)
-        except _PARSE_ERRORS as error:
+            content = _from_yaml(FAST_LOADER, path, text)
+        except PARSE_ERRORS as error:
             if isinstance(error, TrajectoryFileError):
                 raise
             content = _from_yaml(yaml.SafeLoader, path, text)  # it says better what is wrong
     except TrajectoryFileError:
         raise
-    except _PARSE_ERRORS as error:
+    except PARSE_ERRORS as error:
         raise TrajectoryFileError(f"{path}: not YAML: {error}") from error
     if not isinstance(content, dict) or not isinstance(content.get("points"), list):
         raise TrajectoryFileError(
@@ -188,17 +170,14 @@ def _rows_from_yaml(path: Path, text: str) -> tuple[str, list[_Row]]:
 
 def _from_yaml(loader: Any, path: Path, text: str) -> Any:  # noqa: ANN401 - PyYAML's, any value
     """Values of a text whose tokens show that it does not grow without end."""
-    depth = 0
-    for token in yaml.scan(text, Loader=loader):
-        if isinstance(token, yaml.AliasToken):
-            raise TrajectoryFileError(f"{path}: YAML aliases (*name) are not taken; write it out.")
-        depth += isinstance(token, _OPENING) - isinstance(token, _CLOSING)
-        if depth > _DEEPEST:
-            line = token.start_mark.line + 1
-            raise TrajectoryFileError(
-                f"{path}, line {line}: nests deeper than {_DEEPEST} levels. Points are a list of "
-                "lists."
-            )
+    flaw = find_flaw(text, loader, _DEEPEST)
+    if flaw is not None and flaw.kind == "alias":
+        raise TrajectoryFileError(f"{path}: YAML aliases (*name) are not taken; write it out.")
+    if flaw is not None:
+        raise TrajectoryFileError(
+            f"{path}, line {flaw.line}: nests deeper than {_DEEPEST} levels. Points are a list of "
+            "lists."
+        )
     return yaml.load(text, Loader=loader)  # a safe one
 
 
