@@ -52,6 +52,17 @@ class OnceSeenArmed:
         return loses_answers(packet)
 
 
+def disarms_behind(bench):
+    """Lets everything through, and disarms right behind what arms."""
+
+    def tamper(packet):
+        if arms(packet):
+            bench.wire.disarm_by_force()
+        return packet.raw
+
+    return tamper
+
+
 def assert_left_disarmed(flown):
     assert flown.outcome.outcome == "aborted"
     assert "The vehicle was disarmed" in flown.outcome.note
@@ -76,12 +87,7 @@ def test_a_vehicle_that_is_disarmed_before_it_was_seen_armed_is_not_flown(bench)
     """Arming is accepted, and the first HEARTBEAT after it says disarmed."""
 
     def begin():
-        bench.wire.to_shim = disarms_behind
-
-    def disarms_behind(packet):
-        if arms(packet):
-            bench.wire.disarm_by_force()
-        return packet.raw
+        bench.wire.to_shim = disarms_behind(bench)
 
     bench.after("arm", 0.0, begin)
     flown = bench.fly()
@@ -96,13 +102,8 @@ def test_a_text_is_enough_where_the_answer_and_the_armed_heartbeat_are_lost(benc
         pytest.skip("PX4 sends its texts to ground stations alone")
 
     def begin():
-        bench.wire.to_shim = disarms_behind
+        bench.wire.to_shim = disarms_behind(bench)
         bench.wire.from_shim = loses_answers
-
-    def disarms_behind(packet):
-        if arms(packet):
-            bench.wire.disarm_by_force()
-        return packet.raw
 
     bench.after("arm", 0.0, begin)
     flown = bench.fly()

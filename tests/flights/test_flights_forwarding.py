@@ -20,7 +20,6 @@ import pytest
 from pymavlink import mavutil
 
 from companion.mavlink.dialects.px4 import encode_mode
-from tests.flights.test_flights_real_time import Flight
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(150)]
 
@@ -35,21 +34,6 @@ def free_port(kind=socket.SOCK_DGRAM):
     with socket.socket(socket.AF_INET, kind) as taken:
         taken.bind((LOOPBACK, 0))
         return taken.getsockname()[1]
-
-
-@pytest.fixture
-def start(tmp_path):
-    flights = []
-
-    def start_flight(*options):
-        flights.append(Flight(tmp_path, *options))
-        return flights[-1]
-
-    yield start_flight
-    for flight in flights:
-        if flight.process.poll() is None:
-            flight.process.kill()
-        flight.process.communicate()
 
 
 class Station:

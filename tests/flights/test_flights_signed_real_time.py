@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.flights.test_flights_real_time import Flight
+from tests.flights.process_flight import Flight
 from tests.sitl_shim.server.shim_process import free_port
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(60)]

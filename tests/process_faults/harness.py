@@ -5,6 +5,7 @@ import json
 import math
 import os
 import re
+import select
 import signal
 import socket
 import subprocess
@@ -102,6 +103,10 @@ class Vehicle:
                 for message in self._parser.parse_buffer(self._socket.recv(65535)) or ():
                     self._take(message)
 
+    def _await_packet(self, at_most_s):
+        """Until there is something to look at, or some time has passed."""
+        select.select([self._socket], [], [], at_most_s)
+
     def wait_until(self, condition, timeout_s=30.0):
         """Look on until something is the case; the autopilot's time at which it was."""
         end = time.monotonic() + timeout_s
@@ -110,7 +115,7 @@ class Vehicle:
             if condition():
                 return self.clock_s
             assert time.monotonic() < end, self.story()
-            time.sleep(_LOOK_S)
+            self._await_packet(_LOOK_S)
 
     def wait(self, duration_s):
         """Look on for a while of the autopilot's time."""
@@ -122,7 +127,7 @@ class Vehicle:
         end = time.monotonic() + duration_s
         while time.monotonic() < end:
             self.look()
-            time.sleep(min(_LOOK_S, max(0.0, end - time.monotonic())))
+            self._await_packet(min(_LOOK_S, max(0.0, end - time.monotonic())))
 
     def said(self, text):
         """The autopilot's times at which it said something like this."""
