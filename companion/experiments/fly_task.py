@@ -33,15 +33,38 @@ def fly_task(task: FlightTask) -> FlightTable:
         TrajectoryFileError: its trajectory can't.
         ShimRefusedError: the shim can't simulate it.
     """
+    return fly_loaded_task(task, load_task(task))[0]
+
+
+def fly_loaded_task(
+    task: FlightTask, loaded: LoadedTask, log: MemoryLog | None = None
+) -> tuple[FlightTable, Outcome | None]:
+    """Fly a task whose files have been read.
+
+    Args:
+        task: what the table calls it.
+        loaded: what is flown.
+        log: takes the flight's records; an empty one by default.
+
+    Returns:
+        Its data and figures, and how it ended; None if it was refused before it began.
+
+    Raises:
+        TrajectoryFileError: its trajectory can't be used.
+        ShimRefusedError: the shim can't simulate it.
+    """
     started = time.perf_counter()
-    loaded = load_task(task)
     config = loaded.config
     trajectory = make_trajectory(config.mission)
     problems = infeasibilities(trajectory, config.mission, config.vehicle)
     if problems:
-        return _unflown(task, "\n".join(problems))
-    log = MemoryLog()
+        return _unflown(task, "\n".join(problems)), None
+    log = MemoryLog() if log is None else log
     outcome = fly_loaded(loaded, trajectory, log, airborne=task.airborne)
+    return _table(task, outcome, log, started), outcome
+
+
+def _table(task: FlightTask, outcome: Outcome, log: MemoryLog, started: float) -> FlightTable:
     if outcome.scored_s is None:
         return _unflown(task, outcome.note, outcome.outcome)
     data = log.data()

@@ -9,6 +9,7 @@ import gc
 import multiprocessing
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -28,6 +29,8 @@ _THREAD_LIMITS = (
     "NUMEXPR_NUM_THREADS",
 )
 _PRELOADED = "companion.experiments.fly_task"
+_ATTEMPTS = 3
+_DIED = f"its process died {_ATTEMPTS} times (killed, or out of memory?)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,16 @@ class Failure:
 
     reason: str
     """One line: the exception's, or that the worker died."""
+
+    @classmethod
+    def of(cls, error: BaseException) -> "Failure":
+        """What an exception says, in one line."""
+        said = str(error).strip().splitlines()
+        return cls(f"{type(error).__name__}: {said[0] if said else ''}".rstrip(": "))
+
+
+class _Died:
+    """In the place of a result: the process is gone."""
 
 
 def default_jobs() -> int:
@@ -47,7 +60,10 @@ def default_jobs() -> int:
 
 
 class Workers(Generic[Item, Result]):
-    """Processes that all do the same kind of work; to be used in a `with` statement."""
+    """Processes that all do the same kind of work; to be used in a `with` statement.
+
+    Each has a pool of its own: a process that dies takes along what it was at, and nothing else.
+    """
 
     def __init__(self, work: Callable[[Item], Result], jobs: int) -> None:
         """Prepare; the processes start with the first work.
@@ -57,8 +73,7 @@ class Workers(Generic[Item, Result]):
             jobs: how many processes.
         """
         self._work = work
-        self._jobs = max(1, jobs)
-        self._pool: ProcessPoolExecutor | None = None
+        self._pools: list[ProcessPoolExecutor | None] = [None] * max(1, jobs)
 
     def __enter__(self) -> "Workers[Item, Result]":
         return self
@@ -71,8 +86,8 @@ class Workers(Generic[Item, Result]):
     ) -> list[Result | Failure]:
         """Do all the work.
 
-        When a worker dies, what was in work at that moment is done once more, each alone, so that
-        a second death names its cause.
+        What a worker was at when it died is done again, twice at most, after all the rest: what
+        killed it may be over by then.
 
         Args:
             items: what to work on.
@@ -85,78 +100,73 @@ class Workers(Generic[Item, Result]):
             BaseException: what `on_done` or a signal raises; the workers are stopped then.
         """
         results: dict[int, Result | Failure] = {}
-
-        def done(index: int, result: Result | Failure) -> None:
-            results[index] = result
-            on_done(index, result)
-
         try:
-            suspects = self._together(items, done)
-            for index in suspects:
-                self._alone(items[index], index, done)
+            for index, result in self._completed(items):
+                results[index] = result
+                on_done(index, result)
         except BaseException:
             self._stop()
             raise
         return [results[index] for index in range(len(items))]
 
-    def _together(
-        self, items: Sequence[Item], done: Callable[[int, Result | Failure], None]
-    ) -> list[int]:
-        """Work on several at once; give the indices of those during which a worker died.
+    def _completed(self, items: Sequence[Item]) -> Iterator[tuple[int, Result | Failure]]:
+        """Indices and results as they come.
 
-        No more than one item a process is handed out: what waits is not touched by a death.
+        A process is given its next item before its last result is told: it waits for nobody.
         """
-        suspects: list[int] = []
-        waiting = list(range(len(items)))[::-1]
-        running: dict[Future[Result], int] = {}
-        while running or waiting:
-            broken = False
-            while waiting and len(running) < self._jobs and not broken:
-                index = waiting.pop()
-                try:
-                    running[self._submit(items[index])] = index
-                except BrokenProcessPool:  # a worker died since the last look
-                    waiting.append(index)
-                    broken = True
+        waiting = deque(range(len(items)))
+        idle = list(range(len(self._pools)))[::-1]
+        running: dict[Future[Result], tuple[int, int]] = {}
+        deaths = [0] * len(items)
+        ended: list[tuple[int, Result | Failure]] = []
+        while True:
+            while waiting and idle:
+                slot, index = idle.pop(), waiting.popleft()
+                running[self._submit(slot, items[index])] = slot, index
+            yield from ended
+            if not running:
+                return
             finished, _ = concurrent.futures.wait(
                 running, return_when=concurrent.futures.FIRST_COMPLETED
             )
-            for future in sorted(finished, key=running.__getitem__):
-                index = running.pop(future)
+            ended = []
+            for future in sorted(finished, key=lambda one: running[one][1]):
+                slot, index = running.pop(future)
+                idle.append(slot)
                 result = _result(future)
-                if result is None:
-                    broken = True
-                    suspects.append(index)
+                if not isinstance(result, _Died):
+                    ended.append((index, result))
+                    continue
+                self._stop_one(slot)
+                deaths[index] += 1
+                if deaths[index] < _ATTEMPTS:
+                    waiting.append(index)
                 else:
-                    done(index, result)
-            if broken:
-                suspects += running.values()
-                running.clear()
-                self._stop()
-        return sorted(suspects)
+                    ended.append((index, Failure(_DIED)))
 
-    def _alone(self, item: Item, index: int, done: Callable[[int, Result | Failure], None]) -> None:
-        """The second attempt at something during which a worker died."""
-        try:
-            result = _result(self._submit(item))
-        except BrokenProcessPool:
-            result = None
-        if result is None:
-            self._stop()
-            result = Failure("its process died twice (killed, or out of memory?)")
-        done(index, result)
-
-    def _submit(self, item: Item) -> "Future[Result]":
-        if self._pool is None:
-            self._pool = ProcessPoolExecutor(
-                self._jobs, mp_context=_context(), initializer=_begin_worker
-            )
+    def _submit(self, slot: int, item: Item) -> "Future[Result]":
+        """Hand an item to a process, which is started if there is none, or it died while idle."""
         with _single_threaded_libraries():
-            return self._pool.submit(self._work, item)
+            try:
+                return self._pool(slot).submit(self._work, item)
+            except BrokenProcessPool:
+                self._stop_one(slot)
+                return self._pool(slot).submit(self._work, item)
+
+    def _pool(self, slot: int) -> ProcessPoolExecutor:
+        pool = self._pools[slot]
+        if pool is None:
+            pool = ProcessPoolExecutor(1, mp_context=_context(), initializer=_begin_worker)
+            self._pools[slot] = pool
+        return pool
 
     def _stop(self) -> None:
         """End the processes at once: a signal that asks would be taken for "land"."""
-        pool, self._pool = self._pool, None
+        for slot in range(len(self._pools)):
+            self._stop_one(slot)
+
+    def _stop_one(self, slot: int) -> None:
+        pool, self._pools[slot] = self._pools[slot], None
         if pool is None:
             return
         processes = list((pool._processes or {}).values())  # no public way before Python 3.14
@@ -167,15 +177,14 @@ class Workers(Generic[Item, Result]):
             process.join()
 
 
-def _result(future: "Future[Result]") -> Result | Failure | None:
-    """What became of a piece of work; None if its process died."""
+def _result(future: "Future[Result]") -> "Result | Failure | _Died":
+    """What became of a piece of work."""
     try:
         return future.result()
     except BrokenProcessPool:
-        return None
+        return _Died()
     except Exception as error:
-        said = str(error).strip().splitlines()
-        return Failure(f"{type(error).__name__}: {said[0] if said else ''}".rstrip(": "))
+        return Failure.of(error)
 
 
 def _context() -> Any:  # noqa: ANN401 - the contexts have no common public type

@@ -124,6 +124,10 @@ def describe_process(_: int):
     return os.getpid(), os.getpgid(0), os.environ.get(THREADS)
 
 
+def give_none(_: int):
+    return None
+
+
 def hang(folder):
     (folder / f"pid-{os.getpid()}").touch()
     time.sleep(600.0)

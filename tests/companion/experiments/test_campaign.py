@@ -75,20 +75,20 @@ def test_a_file_that_can_not_be_read_is_flown_again(tmp_path, damage):
     assert read_flight_table(path).task == TASKS[0]
 
 
-def test_the_flight_of_a_worker_that_was_killed_is_flown_once_more(tmp_path):
+def test_the_flight_of_a_worker_that_was_killed_is_flown_once_more_and_no_other(tmp_path):
     results = run_campaign(TASKS, tmp_path, 2, fly=stand_ins.die_once)
 
     assert [summary.outcome for summary in results.values()] == ["tracked"] * 4
-    assert attempts(tmp_path, 2) == 2
+    assert [attempts(tmp_path, seed) for seed in (1, 2, 3, 4)] == [1, 2, 1, 1]
 
 
-def test_a_flight_that_kills_its_worker_twice_failed_and_the_others_did_not(tmp_path):
+def test_a_flight_that_kills_its_worker_each_time_failed_and_the_others_did_not(tmp_path):
     results = list(run_campaign(TASKS, tmp_path, 2, fly=stand_ins.die_always).values())
 
     assert [summary.outcome for summary in results] == ["tracked", "failed", "tracked", "tracked"]
-    assert "died twice" in results[1].note
+    assert "died 3 times" in results[1].note
     assert results[1].mean_error_m == float("inf")
-    assert attempts(tmp_path, 2) == 2
+    assert [attempts(tmp_path, seed) for seed in (1, 2, 3, 4)] == [1, 3, 1, 1]
     assert not flight_path(tmp_path, results[1].key).exists()
 
 

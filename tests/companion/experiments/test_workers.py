@@ -33,3 +33,8 @@ def test_workers_live_on_from_one_run_to_the_next():
 def test_no_work_is_no_trouble():
     with Workers(stand_ins.describe_process, 2) as workers:
         assert workers.run([], lambda *_: None) == []
+
+
+def test_a_result_of_none_is_a_result():
+    with Workers(stand_ins.give_none, 1) as workers:
+        assert workers.run([1, 2], lambda *_: None) == [None, None]
