@@ -211,7 +211,9 @@ class MpcConfig(Section):
     s: NonNegative = 0.02
     penalise: Literal["r_minus_target", "absolute_r"] = "r_minus_target"
     r_max_m_s2: Positive = 160.0
-    solver: Literal["osqp"] = "osqp"
+    solver: Literal["osqp", "daqp"] = Field(
+        default="osqp", description="daqp: exact and quicker; pip install 'companion[daqp]'."
+    )
 
 
 class ThrustConfig(Section):

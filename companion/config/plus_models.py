@@ -1,6 +1,6 @@
 """The section `plus:` of a controller's file: MPC-L1+."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -68,6 +68,9 @@ class PlusConfig(Section):
     horizon: Annotated[int, Field(ge=5, le=80)] = 25
     tilt_rate_limit_rad_s: Annotated[float, Field(gt=0.0, le=8.0)] = Field(
         default=4.0, description="Hard; of the commanded tilt."
+    )
+    solver: Literal["osqp", "daqp"] = Field(
+        default="osqp", description="daqp: exact and quicker; pip install 'companion[daqp]'."
     )
     lag: LagConfig | None = LagConfig()
     mismatch: MismatchConfig | None = MismatchConfig()

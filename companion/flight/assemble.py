@@ -25,8 +25,8 @@ from companion.control.lqr import LqrWeights, lqr_gains
 from companion.control.mpc import Mpc, MpcSettings
 from companion.control.pid import PidGains
 from companion.control.qp.condensed import Weights
-from companion.control.qp.osqp_solver import OsqpSolver
 from companion.control.qp.port import QpSolverFactory
+from companion.control.qp.solvers import SolverName, solver_factory
 from companion.control.reference_model import PositionModel
 from companion.control.thrust import ThrustGains
 from companion.control.thrust_laws import (
@@ -57,7 +57,6 @@ from companion.trajectories.from_file import load_trajectory
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 from companion.trajectories.trajectory import Trajectory
 
-_SOLVERS = {"osqp": OsqpSolver}
 _USUAL_VELOCITY_NOISE_M_S = (0.02, 0.02, 0.02)
 """Of the reported velocity, of a vehicle whose file states none."""
 
@@ -116,8 +115,8 @@ def make_stack(
         cautious: the same with less gain, of a framework that has such a variant.
 
     Raises:
-        ConfigError: transfer functions or weights that the laws are not made for, or setpoints
-            of body rates without an attitude loop.
+        ConfigError: transfer functions or weights that the laws are not made for, a solver that
+            is not installed, or setpoints of body rates without an attitude loop.
     """
     if controller.plus is not None:
         return make_plus_stack(
@@ -127,7 +126,7 @@ def make_stack(
             _thrust_law(controller.thrust, vehicle, thrust),
             thrust,
             attitude_gains(vehicle) if mission.setpoint == "rates" else None,
-            make_solver or OsqpSolver,
+            make_solver or _solver("plus", controller.plus.solver),
             cautious=cautious,
         )
     return make_paper_stack(controller, vehicle, mission, make_solver, thrust=thrust)
@@ -323,7 +322,19 @@ def _mpc(
         box_high_m=mission.geofence.high_m,
         penalise_absolute_r=mpc.penalise == "absolute_r",
     )
-    return Mpc(settings, make_solver or _SOLVERS[mpc.solver])
+    return Mpc(settings, make_solver or _solver("mpc", mpc.solver))
+
+
+def _solver(section: str, name: SolverName) -> QpSolverFactory:
+    """What a section's `solver` names.
+
+    Raises:
+        ConfigError: it is an extra that is not installed.
+    """
+    try:
+        return solver_factory(name)
+    except ModuleNotFoundError as error:
+        raise ConfigError(f"section {section}, solver: {error}.") from error
 
 
 def supervisor_limits(mission: MissionConfig) -> SupervisorLimits:

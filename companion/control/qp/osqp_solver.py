@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from companion.control.qp.port import QpSolution
+from companion.control.qp.port import QpSolution, input_problem
 from companion.control.reference_model import Array
 
 _INITIAL_RHO = 0.1
@@ -55,11 +55,10 @@ class OsqpSolver:
 
     def solve(self, q: Array, lower: Array, upper: Array) -> QpSolution:
         """Solve; status "solved" or the reason why x is None."""
-        if not np.isfinite(q).all() or np.isnan(lower).any() or np.isnan(upper).any():
-            return QpSolution(None, "input not finite", 0)
-        if (lower > upper).any() or (lower == np.inf).any() or (upper == -np.inf).any():
-            # OSQP would refuse these, keep the bounds of the solve before, and call that solved.
-            return QpSolution(None, "bounds cross", 0)
+        problem = input_problem(q, lower, upper)
+        if problem:
+            # OSQP would refuse crossing bounds, keep those before, and call that solved.
+            return QpSolution(None, problem, 0)
         self._osqp.update(q=q, l=lower, u=upper)
         result = self._osqp.solve(raise_error=False)
         status = str(result.info.status)

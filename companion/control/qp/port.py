@@ -7,6 +7,8 @@ and q, lower, upper given at each solve.
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from companion.control.reference_model import Array
 
 
@@ -33,3 +35,12 @@ class QpSolverFactory(Protocol):
     def __call__(self, p: Array, a: Array) -> QpSolver:
         """Set up for P (n, n) positive definite and A (rows, n), dense."""
         ...
+
+
+def input_problem(q: Array, lower: Array, upper: Array) -> str:
+    """Why no solver may be given these vectors; empty if one may.  A row may be without a bound."""
+    if not np.isfinite(q).all() or np.isnan(lower).any() or np.isnan(upper).any():
+        return "input not finite"
+    if (lower > upper).any() or (lower == np.inf).any() or (upper == -np.inf).any():
+        return "bounds cross"
+    return ""
