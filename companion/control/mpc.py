@@ -9,8 +9,9 @@ subject to the discretised D(s), a hard bound on the second difference of the po
 R on the absolute reference; `MpcSettings.penalise_absolute_r` selects that literal form, which
 pulls the vehicle towards the origin.
 
-The closed form is evaluated for all axes in one product; where it meets every constraint it *is*
-the optimum.  Only axes that violate one go to the solver.
+The closed form and all that it leads to are evaluated for all axes in one product
+(`companion.control.qp.plan_map`); where it meets every constraint it *is* the optimum.  Only axes
+that violate one go to the solver.
 """
 
 import copy
@@ -18,9 +19,18 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from companion.control.qp.condensed import Weights, condense
 from companion.control.qp.constrained import ConstrainedAxis, SoftBounds
+from companion.control.qp.plan_map import (
+    APPLIED,
+    BEFORE,
+    POSITION,
+    PREVIEW,
+    VELOCITY,
+    plan_map,
+)
 from companion.control.qp.port import QpSolverFactory
 from companion.control.reference_model import (
     Array,
@@ -103,25 +113,29 @@ class Mpc:
         )
         if any(len(values) != axes for values in per_axis):
             raise ValueError("m, K, velocity limits and box must have one value per axis")
-        self.settings = settings
         a, b = discretise_position_model(
             np.array(settings.model.m), np.array(settings.model.gain_k), settings.period_s
         )
         problems = [condense(a[i], b[i], settings.horizon, settings.weights) for i in range(axes)]
+        maps = [plan_map(p, penalise_absolute_r=settings.penalise_absolute_r) for p in problems]
         self._second_limit = settings.r_max_m_s2 * settings.period_s**2
         self._axes = [ConstrainedAxis(p, self._second_limit, make_solver) for p in problems]
-        self._gain = np.stack([p.gain for p in problems])
-        self._second = problems[0].second_difference
-        # Position and velocity of one axis in one product: (axes, 2n, ·).
-        self._outputs_from_state = np.stack(
-            [np.vstack([p.position_from_state, p.velocity_from_state]) for p in problems]
-        )
-        self._outputs_from_r = np.stack(
-            [np.vstack([p.position_from_r, p.velocity_from_r]) for p in problems]
-        )
-        self._speed = np.array(settings.velocity_limit_m_s)
-        self._low = np.array(settings.box_low_m)
-        self._high = np.array(settings.box_high_m)
+        self._rows = np.stack([m.rows for m in maps])
+        self._relative = maps[0].relative
+        self._times_s: Array = settings.period_s * np.arange(settings.horizon + 2, dtype=np.float64)
+        self._times_s.setflags(write=False)
+        self._bind(settings)
+
+    def _bind(self, settings: MpcSettings) -> None:
+        """Take the settings, of which bounds alone may differ from those before."""
+        self.settings = settings
+        n = settings.horizon + 1
+        speed = np.array(settings.velocity_limit_m_s)[:, None]
+        second = np.full_like(speed, self._second_limit)
+        low, high = np.array(settings.box_low_m)[:, None], np.array(settings.box_high_m)[:, None]
+        # Of positions, velocities and second differences, as they follow in `PlanMap.rows`.
+        self._low = np.repeat(np.hstack([low, -speed, -second]), n, axis=1) - _TOLERANCE
+        self._high = np.repeat(np.hstack([high, speed, second]), n, axis=1) + _TOLERANCE
 
     @property
     def period_s(self) -> float:
@@ -136,19 +150,17 @@ class Mpc:
     @property
     def preview_times_s(self) -> Array:
         """Offsets from k̄ at which `step` wants y*: k̄ … k̄+N_h+1, (N_h + 2,)."""
-        times: Array = self.settings.period_s * np.arange(
-            self.settings.horizon + 2, dtype=np.float64
-        )
-        return times
+        return self._times_s
 
     def about(self, anchor_m: Array) -> "Mpc":
         """The same controller with its box about a point (axes,); it shares the solvers."""
         moved = copy.copy(self)
-        moved._low, moved._high = self._low + anchor_m, self._high + anchor_m
-        moved.settings = replace(
-            self.settings,
-            box_low_m=tuple(moved._low.tolist()),
-            box_high_m=tuple(moved._high.tolist()),
+        moved._bind(
+            replace(
+                self.settings,
+                box_low_m=tuple((np.array(self.settings.box_low_m) + anchor_m).tolist()),
+                box_high_m=tuple((np.array(self.settings.box_high_m) + anchor_m).tolist()),
+            )
         )
         return moved
 
@@ -183,16 +195,17 @@ class Mpc:
         """
         plan, record = self.plan(memory, position_m, velocity_m_s, preview_m)
         if plan is not None:
-            return MpcMemory(plan[0], memory.applied_r_m, plan), plan[0], record
+            first = plan[0]
+            return MpcMemory(first, memory.applied_r_m, plan), first, record
         failures = memory.failures + 1
         shifted = np.vstack([memory.plan_m[1:], memory.plan_m[-1:]])
         if failures <= self.settings.shifted_plans_at_most:
             advanced = MpcMemory(shifted[0], memory.applied_r_m, shifted, failures)
             return advanced, shifted[0], record
-        data = self._data(memory, position_m, velocity_m_s, preview_m)
-        first = (self._gain[:, 0, :] * data).sum(axis=1) + preview_m[0]
+        data = _data(memory, position_m, velocity_m_s, preview_m)
+        free = (self._rows[:, 0, :] * data.T).sum(axis=1)
         straight = 2.0 * memory.applied_r_m - memory.applied_r_before_m
-        clipped = np.clip(first, straight - self._second_limit, straight + self._second_limit)
+        clipped = np.clip(free, straight - self._second_limit, straight + self._second_limit)
         advanced = MpcMemory(clipped, memory.applied_r_m, shifted, failures)
         return advanced, clipped, replace(record, status="clipped_closed_form")
 
@@ -206,70 +219,66 @@ class Mpc:
             record.
         """
         n = self.settings.horizon + 1
-        centre = preview_m[0]
-        data = self._data(memory, position_m, velocity_m_s, preview_m)
+        data = _data(memory, position_m, velocity_m_s, preview_m)
+        rows = (self._rows @ data.T[:, :, None])[:, :, 0]
+        led = rows[:, n:]
+        within = (led >= self._low) & (led <= self._high)  # which nothing is that is not finite
+        if within.all():
+            free = (False,) * len(rows)
+            predicted = rows[:, n : 2 * n].T
+            return rows[:, :n].T, MpcRecord("closed_form", free, False, "", 0, predicted)
         if not np.isfinite(data).all():
-            nothing = np.empty((0, len(centre)))
-            free = (False,) * len(centre)
-            return None, MpcRecord("shifted_plan", free, False, "input not finite", 0, nothing)
-        previous = data[:, 2]
-        before = memory.applied_r_before_m - centre
-        low, high = self._low - centre, self._high - centre
-        plan = (self._gain @ data[:, :, None])[:, :, 0]
-        outputs = self._outputs(data, plan)
-        second = plan @ self._second.T
-        second[:, 0] += before - 2.0 * previous
-        second[:, 1] += previous
-        over_second = np.abs(second).max(axis=1) > self._second_limit + _TOLERANCE
-        violated = (
-            over_second
-            | (np.abs(outputs[:, n:]).max(axis=1) > self._speed + _TOLERANCE)
-            | (outputs[:, :n].min(axis=1) < low - _TOLERANCE)
-            | (outputs[:, :n].max(axis=1) > high + _TOLERANCE)
-        )
-        constrained = tuple(violated.tolist())
-        status: MpcStatus = "closed_form"
+            return None, _unsolved((False,) * len(rows), False, "input not finite", 0)
+        return self._constrained(data, rows, within)
+
+    def _constrained(
+        self, data: Array, rows: Array, within: NDArray[np.bool_]
+    ) -> tuple[Array | None, MpcRecord]:
+        """Solve the axes on which the closed form violates something, in the place of its rows."""
+        n = self.settings.horizon + 1
+        r_max_active = not bool(within[:, 2 * n :].all())
+        constrained = tuple([not kept.all() for kept in within])
         said: list[str] = []
         iterations = 0
-        for i in np.flatnonzero(violated):
-            bounds = SoftBounds(float(self._speed[i]), float(low[i]), float(high[i]))
-            solution = self._axes[i].solve(data[i], float(previous[i]), float(before[i]), bounds)
+        for i, violated in enumerate(constrained):
+            if not violated:
+                continue
+            centre, applied, before = (float(data[k, i]) for k in (PREVIEW, APPLIED, BEFORE))
+            bounds = SoftBounds(
+                self.settings.velocity_limit_m_s[i],
+                self.settings.box_low_m[i] - centre,
+                self.settings.box_high_m[i] - centre,
+            )
+            solution = self._axes[i].solve(
+                self._relative.dot(data[:, i]), applied - centre, before - centre, bounds
+            )
             iterations += solution.iterations
-            said.append(f"{_AXES[i]}: {solution.status}" if len(centre) == 3 else solution.status)
+            said.append(f"{_AXES[i]}: {solution.status}" if len(rows) == 3 else solution.status)
             if solution.plan is None:
-                status = "shifted_plan"
-                break
-            plan[i] = solution.plan
-            status = "solved"
-        r_max_active = bool(over_second.any())
+                return None, _unsolved(constrained, r_max_active, ", ".join(said), iterations)
+            rows[i, :n] = solution.plan
+            rows[i, n : 2 * n] = solution.position
+            rows[i, : 2 * n] += centre
+        predicted = rows[:, n : 2 * n].T
         solver_status = ", ".join(said)
-        if status == "shifted_plan":
-            empty = np.empty((0, len(centre)))
-            record = MpcRecord(status, constrained, r_max_active, solver_status, iterations, empty)
-            return None, record
-        if status == "solved":
-            outputs = self._outputs(data, plan)
-        predicted = (outputs[:, :n] + centre[:, None]).T
-        record = MpcRecord(status, constrained, r_max_active, solver_status, iterations, predicted)
-        return plan.T + centre, record
+        return rows[:, :n].T, MpcRecord(
+            "solved", constrained, r_max_active, solver_status, iterations, predicted
+        )
 
-    def _data(
-        self, memory: MpcMemory, position_m: Array, velocity_m_s: Array, preview_m: Array
-    ) -> Array:
-        """What the optimum is linear in, per axis: x, r_prev, y* at the outputs, target of r."""
-        n = self.settings.horizon + 1
-        centre = preview_m[0]
-        desired = (preview_m - centre).T
-        data = np.empty((len(centre), 3 + 2 * n))
-        data[:, 0] = position_m - centre
-        data[:, 1] = velocity_m_s
-        data[:, 2] = memory.applied_r_m - centre
-        data[:, 3 : 3 + n] = desired[:, 1:]
-        data[:, 3 + n :] = -centre[:, None] if self.settings.penalise_absolute_r else desired[:, :n]
-        return data
 
-    def _outputs(self, data: Array, plan: Array) -> Array:
-        """Positions, then velocities, that a plan leads to, (axes, 2n)."""
-        outputs = self._outputs_from_state @ data[:, :2, None]
-        outputs += self._outputs_from_r @ plan[:, :, None]
-        return outputs[:, :, 0]
+def _data(memory: MpcMemory, position_m: Array, velocity_m_s: Array, preview_m: Array) -> Array:
+    """What `PlanMap` is a function of, (N_h + 6, axes)."""
+    data = np.empty((PREVIEW + len(preview_m), len(position_m)))
+    data[POSITION] = position_m
+    data[VELOCITY] = velocity_m_s
+    data[APPLIED] = memory.applied_r_m
+    data[BEFORE] = memory.applied_r_before_m
+    data[PREVIEW:] = preview_m
+    return data
+
+
+def _unsolved(
+    constrained: tuple[bool, ...], r_max_active: bool, solver_status: str, iterations: int
+) -> MpcRecord:
+    nothing = np.empty((0, len(constrained)))
+    return MpcRecord("shifted_plan", constrained, r_max_active, solver_status, iterations, nothing)

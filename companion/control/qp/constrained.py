@@ -36,6 +36,8 @@ class AxisSolution:
     plan: Array | None
     status: str
     iterations: int
+    position: Array | None = None
+    """(n,) where the plan leads to."""
 
 
 class ConstrainedAxis:
@@ -51,8 +53,14 @@ class ConstrainedAxis:
             second_limit: bound of |r(k) - 2 r(k-1) + r(k-2)|, m.
             make_solver: sets solvers up.
         """
-        self._problem = problem
-        self._limit = second_limit
+        n = problem.hessian.shape[0]
+        self._n = n
+        self._limits = np.full(n, second_limit)
+        # Gradient, then velocities and positions of r = 0: all that the data say.
+        free = np.zeros((2 * n, problem.gradient.shape[1]))
+        free[:n, :2], free[n:, :2] = problem.velocity_from_state, problem.position_from_state
+        self._from_data = np.vstack([problem.gradient, free])
+        self._outputs_from_r = np.vstack([problem.velocity_from_r, problem.position_from_r])
         self._hard = make_solver(problem.hessian, problem.second_difference)
         self._soft = make_solver(*_with_slacks(problem))
 
@@ -67,42 +75,45 @@ class ConstrainedAxis:
             before_m: the one before.
             bounds: soft bounds.
         """
-        problem = self._problem
-        n = problem.hessian.shape[0]
-        past = np.zeros(n)
-        past[0] = before_m - 2.0 * previous_m
-        past[1] += previous_m
-        lower, upper = -self._limit - past, self._limit - past
-        gradient = problem.gradient @ data
+        n = self._n
+        upper, lower = self._limits.copy(), -self._limits
+        past = before_m - 2.0 * previous_m
+        upper[0] -= past
+        lower[0] -= past
+        upper[1] -= previous_m
+        lower[1] -= previous_m
+        known = self._from_data.dot(data)
+        gradient, free = known[:n], known[n:]
         hard = self._hard.solve(gradient, lower, upper)
         if hard.x is None:
             return AxisSolution(None, hard.status, hard.iterations)
 
-        free_velocity = problem.velocity_from_state @ data[:2]
-        free_position = problem.position_from_state @ data[:2]
-        velocity = free_velocity + problem.velocity_from_r @ hard.x
-        position = free_position + problem.position_from_r @ hard.x
-        excess = max(
-            float(np.abs(velocity).max()) - bounds.speed_m_s,
-            bounds.low_m - float(position.min()),
-            float(position.max()) - bounds.high_m,
-        )
-        if excess <= _TOLERANCE:
-            return AxisSolution(hard.x, hard.status, hard.iterations)
+        outputs = self._outputs_from_r.dot(hard.x) + free
+        if _excess(outputs[:n], outputs[n:], bounds) <= _TOLERANCE:
+            return AxisSolution(hard.x, hard.status, hard.iterations, outputs[n:])
 
+        low = np.repeat([-bounds.speed_m_s, bounds.low_m], n) - free
+        high = np.repeat([bounds.speed_m_s, bounds.high_m], n) - free
         soft = self._soft.solve(
             np.concatenate([gradient, np.zeros(2 * n)]),
-            np.concatenate(
-                [lower, -bounds.speed_m_s - free_velocity, bounds.low_m - free_position]
-            ),
-            np.concatenate(
-                [upper, bounds.speed_m_s - free_velocity, bounds.high_m - free_position]
-            ),
+            np.concatenate([lower, low]),
+            np.concatenate([upper, high]),
         )
         iterations = hard.iterations + soft.iterations
         if soft.x is None:
-            return AxisSolution(hard.x, f"soft bounds dropped: {soft.status}", iterations)
-        return AxisSolution(soft.x[:n], soft.status, iterations)
+            status = f"soft bounds dropped: {soft.status}"
+            return AxisSolution(hard.x, status, iterations, outputs[n:])
+        plan = soft.x[:n]
+        position = self._outputs_from_r[n:].dot(plan) + free[n:]
+        return AxisSolution(plan, soft.status, iterations, position)
+
+
+def _excess(velocity: Array, position: Array, bounds: SoftBounds) -> float:
+    """By how much the outputs (n,) leave the soft bounds; negative where they don't."""
+    fastest = max(np.maximum.reduce(velocity), -np.minimum.reduce(velocity))
+    below = bounds.low_m - np.minimum.reduce(position)
+    above = np.maximum.reduce(position) - bounds.high_m
+    return float(max(fastest - bounds.speed_m_s, below, above))
 
 
 def _with_slacks(problem: AxisProblem) -> tuple[Array, Array]:
