@@ -123,8 +123,9 @@ def attitude_from_wire(frd_to_ned: Quaternion) -> Quaternion:
 
 
 def yaw_of(q: Quaternion) -> float:
-    """Yaw (rad) of an attitude, in the frames of the attitude."""
-    return euler_from_quaternion(q)[2]
+    """Yaw (rad) of an attitude, in the frames of the attitude: that of `euler_from_quaternion`."""
+    w, x, y, z = q
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def tilt_cosine(q: Quaternion) -> float:

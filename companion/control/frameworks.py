@@ -42,6 +42,7 @@ from companion.frames import (
     euler_from_quaternion,
     quaternion_from_euler,
     tilt_cosine,
+    yaw_of,
 )
 from companion.vehicle_state import VehicleState
 
@@ -199,14 +200,15 @@ class Stack:
         r2 = memory.applied[-1].r2_m
 
         inner, inner_record = self.inner.step(memory.inner, r2, position, velocity, dt)
-        u_x, u_y, u_z = (float(value) for value in inner_record.u)
-        if not math.isfinite(u_x + u_y + u_z + float(r2.sum()) + tick.desired_yaw_rad):
+        u = u_x, u_y, u_z = inner_record.u.tolist()
+        if not math.isfinite(u_x + u_y + u_z + sum(r2.tolist()) + tick.desired_yaw_rad):
             raise ValueError(f"not finite: u {inner_record.u}, r2 {r2}, yaw {tick.desired_yaw_rad}")
         u_x, u_y = tilt.limit_tilt(u_x, u_y, self.limits.tilt_rad)
         u_z = max(-self.limits.descent_m_s, min(self.limits.climb_m_s, u_z))
-        applied_u = np.array([u_x, u_y, u_z])
+        # The very same where nothing was cut: then no law need look at what was.
+        applied_u = inner_record.u if u == [u_x, u_y, u_z] else np.array([u_x, u_y, u_z])
 
-        _, _, yaw_rad = euler_from_quaternion(state.attitude_flu_to_enu)
+        yaw_rad = yaw_of(state.attitude_flu_to_enu)
         yaw_command = yaw.step(self.yaw, memory.yaw_rad, tick.desired_yaw_rad, yaw_rad, dt)
         # The attitude setpoint carries the commanded yaw, so its tilt is one at that yaw.
         roll, pitch = tilt.roll_pitch_from_u(u_x, u_y, yaw_command)
@@ -217,9 +219,12 @@ class Stack:
             tilt_cosine(state.attitude_flu_to_enu),
             dt,
         )
-        advanced = replace(
-            memory,
+        advanced = StackMemory(
             sample_s=memory.sample_s + dt,  # what was rounded off comes back at the next sample
+            outer=memory.outer,
+            outer_ran_s=memory.outer_ran_s,
+            outer_due_s=memory.outer_due_s,
+            applied=memory.applied,
             inner=self.inner.with_applied(inner, applied_u),
             thrust=thrust_memory,
             yaw_rad=yaw_command,
@@ -267,12 +272,15 @@ class Stack:
         due_s = memory.outer_due_s + (skipped + 1) * period if period > 0.0 else sample_s
         in_effect = [k for k, a in enumerate(memory.applied) if a.from_s <= sample_s]
         kept = memory.applied[in_effect[-1] if in_effect else 0 :]
-        advanced = replace(
-            memory,
+        advanced = StackMemory(
+            sample_s=memory.sample_s,
             outer=outer,
             outer_ran_s=sample_s,
             outer_due_s=due_s,
             applied=(*kept, delay.AppliedReference(acts_s, r2)),
+            inner=memory.inner,
+            thrust=memory.thrust,
+            yaw_rad=memory.yaw_rad,
         )
         return advanced, record
 

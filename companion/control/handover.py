@@ -6,7 +6,7 @@ itself exactly the old command is repeated.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -99,7 +99,7 @@ def mean_step(
         dt_s: since the tick before.
     """
     sigma = _triple(record.inner.sigma_hat)
-    if not all(math.isfinite(value) for value in sigma):
+    if not math.isfinite(sum(sigma)):
         return before
     u = _triple(record.applied_u)
     if before is None:
@@ -107,12 +107,11 @@ def mean_step(
     known_s = before.known_s + dt_s
     # A plain mean at first, then one that forgets.
     share = 1.0 - math.exp(-dt_s / min(_MEAN_S, known_s)) if known_s > 0.0 else 1.0
-    return replace(
-        before,
-        u=_moved(before.u, u, share),
-        sigma_hat=_moved(before.sigma_hat, sigma, share),
-        velocity_m_s=_moved(before.velocity_m_s, velocity_m_s, share),
-        known_s=known_s,
+    return AdaptationMean(
+        _moved(before.u, u, share),
+        _moved(before.sigma_hat, sigma, share),
+        _moved(before.velocity_m_s, velocity_m_s, share),
+        known_s,
     )
 
 
@@ -122,4 +121,5 @@ def _triple(values: Array) -> Vector3:
 
 
 def _moved(before: tuple[float, ...], new: Vector3, share: float) -> tuple[float, ...]:
-    return tuple(old + share * (x - old) for old, x in zip(before, new, strict=True))
+    (a, b, c), (x, y, z) = before, new
+    return (a + share * (x - a), b + share * (y - b), c + share * (z - c))

@@ -1,7 +1,7 @@
 """The inner controllers: from the position reference r2 to the control input u."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,6 +27,18 @@ class L1Controller:
     """For the records; see `y_tilde_bounds_m_s`."""
     estimate: HeldEstimate | None = None
     """Held in place of σ̂; None while the law adapts."""
+    _bounds: tuple[Array, Array] = field(init=False, repr=False, compare=False)
+    """Of |ỹ| and |σ̂|, for the records."""
+
+    def __post_init__(self) -> None:
+        """Make arrays of what every record says."""
+        sigma = np.array(self.gains.sigma_bound)
+        y_tilde = np.full_like(sigma, np.nan)
+        if self.y_tilde_bound_m_s is not None:
+            y_tilde = np.array(self.y_tilde_bound_m_s)
+        for bound in (y_tilde, sigma):
+            bound.setflags(write=False)
+        object.__setattr__(self, "_bounds", (y_tilde, sigma))
 
     def start(self, position_m: Array, velocity_m_s: Array, u: Array) -> tuple[L1Memory, Array]:
         """Memory without a bump; its r2 asks for the velocity that the vehicle has."""
@@ -40,15 +52,13 @@ class L1Controller:
         memory, record = l1_adaptive.step(
             self.gains, memory, r2_m, position_m, velocity_m_s, dt_s, self.estimate
         )
-        bound = self.y_tilde_bound_m_s
         return memory, InnerRecord(
             record.u,
             record.r1_m_s,
             record.y_tilde_m_s,
             record.sigma_hat,
             record.projecting,
-            np.full_like(record.u, np.nan) if bound is None else np.array(bound),
-            np.array(self.gains.sigma_bound),
+            *self._bounds,
         )
 
     def with_applied(self, memory: L1Memory, applied_u: Array) -> L1Memory:

@@ -17,7 +17,7 @@ does nothing, over the outermost part it scales the outward motion down to nothi
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Literal
 
@@ -151,10 +151,17 @@ class _Step:
 
     ``adaptation`` (n, p + 1, p + 4) leads from (predictor, σ̂, u, y1 before, y1 after) to
     (predictor, σ̂); ``low_pass`` (n, c, c + 1) from (state of C(s), its input) to that state.
+
+    ``law`` is both and what lies between, for a step without projection: (n, p + c + 3, p + c + 6)
+    from (predictor, σ̂, u, y1 before, y1 after, state of C(s), r2, y2) to (predictor, σ̂, state of
+    C(s), r1, ỹ).
     """
 
     adaptation: Array
     low_pass: Array
+    law: Array
+    near_bound: tuple[float, ...]
+    """|σ̂| by axis from which on the projection may act."""
 
 
 def _largest_order(functions: tuple[TransferFunction, ...]) -> int:
@@ -217,7 +224,29 @@ def _step_matrices(gains: L1Gains, dt_s: float) -> _Step:
         system = np.zeros((n + 1, n + 1))
         system[:n, :n], system[:n, n] = a, b
         low_pass.append(_padded(matrix_exponential(system * dt_s)[:n], n, order))
-    return _Step(np.stack(adaptation), np.stack(low_pass))
+    near = math.sqrt(1.0 + gains.projection_margin)
+    return _Step(
+        np.stack(adaptation),
+        np.stack(low_pass),
+        np.stack(
+            [
+                _law_matrix(adapting, filtering, k)
+                for adapting, filtering, k in zip(adaptation, low_pass, gains.gain_k, strict=True)
+            ]
+        ),
+        tuple(bound / near for bound in gains.sigma_bound),
+    )
+
+
+def _law_matrix(adaptation: Array, low_pass: Array, gain_k: float) -> Array:
+    """The whole law of one axis; see `_Step`."""
+    p, c = len(adaptation) - 1, len(low_pass)
+    unit = np.eye(p + c + 6)
+    filtered, r2, y2, y1 = unit[p + 4 : p + c + 4], unit[-2], unit[-1], unit[p + 3]
+    adapted = adaptation @ unit[: p + 4]
+    r1 = gain_k * (r2 - y2)
+    u = low_pass @ np.vstack([filtered, r1 - adapted[p]])
+    return np.vstack([adapted, u, r1, adapted[0] - y1])
 
 
 def _resting(functions: tuple[TransferFunction, ...], outputs: Array) -> Array:
@@ -278,32 +307,40 @@ def step(
         The new memory and the record; ``record.u`` is the control input.
     """
     matrices = _step_matrices(gains, dt_s)
-    p = memory.predictor.shape[1]
-    inputs = np.empty((len(memory.sigma_hat), p + 4))
-    inputs[:, :p] = memory.predictor
-    inputs[:, p] = memory.sigma_hat
-    inputs[:, p + 1] = memory.applied_u
-    inputs[:, p + 2] = memory.last_velocity_m_s
-    inputs[:, p + 3] = velocity_m_s
-    after = (matrices.adaptation @ inputs[:, :, None])[:, :, 0]
-    sigma = after[:, p]
+    p, c = memory.predictor.shape[1], memory.low_pass.shape[1]
+    inputs = np.empty((p + c + 6, len(memory.sigma_hat)))
+    inputs[:p] = memory.predictor.T
+    inputs[p] = memory.sigma_hat
+    inputs[p + 1] = memory.applied_u
+    inputs[p + 2] = memory.last_velocity_m_s
+    inputs[p + 3] = velocity_m_s
+    inputs[p + 4 : p + c + 4] = memory.low_pass.T
+    inputs[-2] = r2_m
+    inputs[-1] = position_m
+    after = (matrices.law @ inputs.T[:, :, None])[:, :, 0]
+    sigma, r1, y_tilde = after[:, p], after[:, p + c + 1], after[:, p + c + 2]
+    low_pass = after[:, p + 1 : p + c + 1]
     projecting = False
-    if (np.abs(sigma) * math.sqrt(1.0 + gains.projection_margin) > gains.sigma_bound).any():
-        after, projecting = _project(gains, inputs, after, dt_s)
-        sigma = after[:, p]
-
-    r1 = np.asarray(gains.gain_k) * (r2_m - position_m)
-    order = memory.low_pass.shape[1]
-    filtering = np.empty((len(sigma), order + 1))
-    filtering[:, :order] = memory.low_pass
-    used = sigma
-    if held is not None:
-        used = held.offset + held.velocity * velocity_m_s + held.u * memory.applied_u
-    filtering[:, order] = r1 - used
-    low_pass = (matrices.low_pass @ filtering[:, :, None])[:, :, 0]
+    if _near_bound(sigma, matrices.near_bound):
+        adapted, projecting = _project(gains, inputs[: p + 4].T, after[:, : p + 1], dt_s)
+        after = np.hstack([adapted, after[:, p + 1 :]])
+        sigma, y_tilde = after[:, p], after[:, 0] - velocity_m_s
+    if projecting or held is not None:
+        used = sigma
+        if held is not None:
+            used = held.offset + held.velocity * velocity_m_s + held.u * memory.applied_u
+        filtering = np.hstack([memory.low_pass, (r1 - used)[:, None]])
+        low_pass = (matrices.low_pass @ filtering[:, :, None])[:, :, 0]
     u = low_pass[:, 0]
     advanced = L1Memory(after[:, :p], sigma, low_pass, u, velocity_m_s)
-    return advanced, L1Record(r1, after[:, 0] - velocity_m_s, sigma, u, projecting)
+    return advanced, L1Record(r1, y_tilde, sigma, u, projecting)
+
+
+def _near_bound(sigma: Array, near: tuple[float, ...]) -> bool:
+    for value, bound in zip(sigma.tolist(), near, strict=True):  # noqa: SIM110 - any() takes longer
+        if abs(value) > bound:
+            return True
+    return False
 
 
 def with_applied(gains: L1Gains, memory: L1Memory, applied_u: Array) -> L1Memory:
@@ -313,11 +350,15 @@ def with_applied(gains: L1Gains, memory: L1Memory, applied_u: Array) -> L1Memory
     on the axes that were cut, C(s) rests at the limit, all of its states, or u runs away from it
     and takes long to come back.
     """
+    if applied_u is memory.applied_u:
+        return memory
     cut = memory.low_pass[:, 0] != applied_u
     low_pass = memory.low_pass
     if cut.any():
         low_pass = np.where(cut[:, None], _resting(gains.low_pass, applied_u), low_pass)
-    return replace(memory, applied_u=applied_u, low_pass=low_pass)
+    return L1Memory(
+        memory.predictor, memory.sigma_hat, low_pass, applied_u, memory.last_velocity_m_s
+    )
 
 
 def _project(gains: L1Gains, inputs: Array, free: Array, dt_s: float) -> tuple[Array, bool]:

@@ -76,7 +76,11 @@ class Gauges(NamedTuple):
     @property
     def worst(self) -> float:
         """The largest; 0 if none has anything to say."""
-        return max((value for value in self if not math.isnan(value)), default=0.0)
+        worst = 0.0
+        for value in self:
+            if value > worst:  # a NaN is not
+                worst = value
+        return worst
 
     def largest(self, other: "Gauges") -> "Gauges":
         """The larger of two, one by one; what is known wins over what is not."""
@@ -174,13 +178,15 @@ def step(
     smoothed = _smooth(limits, memory.smoothed, seen, dt_s if math.isfinite(dt_s) else 0.0)
     gauges = _gauges(limits, smoothed, seen.desired_slew_rad_s)
     worst, now_s = gauges.worst, seen.time_s
-    watched = replace(
-        memory,
+    watched = MonitorMemory(
+        level=memory.level,
         smoothed=smoothed,
         time_s=now_s,
         alarm_since_s=_since(memory.alarm_since_s, now_s, holds=worst > 1.0),
         severe_since_s=_since(memory.severe_since_s, now_s, holds=worst > limits.severe),
         calm_since_s=_since(memory.calm_since_s, now_s, holds=worst < limits.calm),
+        ascents=memory.ascents,
+        ascended_s=memory.ascended_s,
     )
     alarm = _lasted(watched.alarm_since_s, now_s, limits.alarm_after_s)
     reasons = gauges.above(1.0) if alarm else ()
@@ -275,11 +281,13 @@ def _quotients(inner: InnerRecord) -> tuple[float, float]:
 
 
 def _largest(values: list[float], bounds: list[float]) -> float:
-    quotients = [
-        abs(value) / bound for value, bound in zip(values, bounds, strict=True) if bound > 0.0
-    ]
-    known = [quotient for quotient in quotients if math.isfinite(quotient)]
-    return max(known, default=math.nan)
+    largest = -1.0
+    for value, bound in zip(values, bounds, strict=True):
+        if bound > 0.0:
+            quotient = abs(value) / bound
+            if largest < quotient < math.inf:
+                largest = quotient
+    return largest if largest >= 0.0 else math.nan
 
 
 def _gauges(limits: MonitorLimits, smoothed: Smoothed, desired_slew_rad_s: float) -> Gauges:

@@ -83,6 +83,8 @@ def step(
 
 def with_applied(memory: PidMemory, applied: Array) -> PidMemory:
     """Hold the integral of the axes on which it moves further past what a limit has cut off."""
+    if applied is memory.output:
+        return memory
     cut = memory.output - applied
     winding = cut * (memory.integral - memory.held_integral) > 0.0
     integral = np.where(winding, memory.held_integral, memory.integral)

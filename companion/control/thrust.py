@@ -7,7 +7,7 @@ Kalman filter on the vertical velocity: ``v_z' = g (f cos(tilt) / h - 1)``.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 GRAVITY_M_S2 = 9.80665
 _LEAST_COSINE = 0.5
@@ -92,6 +92,7 @@ def step(
         The new memory and the thrust field, 0..1.
     """
     estimated = _estimate_hover(gains, memory, climb_rate_m_s, dt_s)
+    hover_force, hover_variance = estimated
     error = climb_rate_command_m_s - climb_rate_m_s
     integral = memory.integral_m_s2
     limit = gains.maximum_acceleration_m_s2
@@ -100,13 +101,14 @@ def step(
         integral += gains.integral * error * dt_s
         integral = max(-limit, min(limit, integral))
     acceleration = max(-limit, min(limit, acceleration))
-    force, missed = _force(gains, estimated.hover_force, acceleration, tilt_cosine)
-    advanced = replace(
-        estimated,
-        integral_m_s2=integral,
-        vertical_force=force * max(_LEAST_COSINE, tilt_cosine),
-        last_climb_rate_m_s=climb_rate_m_s,
-        saturated=missed != 0.0,
+    force, missed = _force(gains, hover_force, acceleration, tilt_cosine)
+    advanced = ThrustMemory(
+        integral,
+        hover_force,
+        hover_variance,
+        force * max(_LEAST_COSINE, tilt_cosine),
+        climb_rate_m_s,
+        missed != 0.0,
     )
     return advanced, thrust_from_force(force, gains.thrust_curve)
 
@@ -132,15 +134,17 @@ def accelerate(
     Returns:
         The new memory, the thrust field 0..1, and the acceleration that its limits leave.
     """
-    estimated = _estimate_hover(gains, memory, climb_rate_m_s, dt_s)
-    force, missed = _force(gains, estimated.hover_force, acceleration_m_s2, tilt_cosine)
-    advanced = replace(
-        estimated,
-        vertical_force=force * max(_LEAST_COSINE, tilt_cosine),
-        last_climb_rate_m_s=climb_rate_m_s,
-        saturated=missed != 0.0,
+    hover_force, hover_variance = _estimate_hover(gains, memory, climb_rate_m_s, dt_s)
+    force, missed = _force(gains, hover_force, acceleration_m_s2, tilt_cosine)
+    advanced = ThrustMemory(
+        memory.integral_m_s2,
+        hover_force,
+        hover_variance,
+        force * max(_LEAST_COSINE, tilt_cosine),
+        climb_rate_m_s,
+        missed != 0.0,
     )
-    lost = GRAVITY_M_S2 * missed * max(_LEAST_COSINE, tilt_cosine) / estimated.hover_force
+    lost = GRAVITY_M_S2 * missed * max(_LEAST_COSINE, tilt_cosine) / hover_force
     return advanced, thrust_from_force(force, gains.thrust_curve), acceleration_m_s2 - lost
 
 
@@ -153,16 +157,17 @@ def _force(
     )
     if not math.isfinite(wanted):
         raise ValueError(f"the thrust that is wanted is not finite: {wanted}")
-    low = force_from_thrust(gains.minimum_thrust, gains.thrust_curve)
-    high = force_from_thrust(gains.maximum_thrust, gains.thrust_curve)
+    curve = gains.thrust_curve
+    low = force_from_thrust(gains.minimum_thrust, curve)
+    high = force_from_thrust(gains.maximum_thrust, curve)
     force = max(low, min(high, wanted))
     return force, wanted - force
 
 
 def _estimate_hover(
     gains: ThrustGains, memory: ThrustMemory, climb_rate_m_s: float, dt_s: float
-) -> ThrustMemory:
-    """One predict-and-update step of the hover-force filter.
+) -> tuple[float, float]:
+    """Hover force and its variance after a predict-and-update step of their filter.
 
     The measured acceleration over dt has the standard deviation that is given for one second,
     divided by the square root of dt.
@@ -178,4 +183,4 @@ def _estimate_hover(
     guess = force_from_thrust(gains.hover_thrust, gains.thrust_curve)
     updated = hover + gain * (measured - predicted)
     updated = max(0.5 * guess, min(1.5 * guess, updated))
-    return replace(memory, hover_force=updated, hover_variance=(1.0 - gain * slope) * variance)
+    return updated, (1.0 - gain * slope) * variance
