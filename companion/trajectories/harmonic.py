@@ -5,11 +5,11 @@ Each is written as ``centre + Σ amplitude · sin(frequency · s + phase)`` per 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from companion.trajectories.smooth_time import RAMP_S, ramped
+from companion.trajectories.smooth_time import RAMP_S, ramped, ramped_time
 from companion.trajectories.trajectory import Array, Motion
 
 _QUARTER = math.pi / 2
@@ -32,6 +32,16 @@ class HarmonicTrajectory:
     centre_m: tuple[float, float, float]
     harmonics: tuple[Harmonic, ...]
     scored_s: float = 20.0
+    _arrays: tuple[Array, Array, Array, Array] = field(init=False, repr=False, compare=False)
+    """Frequencies (k,), phases (k,), amplitudes (k, 3) and the centre (3,)."""
+
+    def __post_init__(self) -> None:
+        """Keep the harmonics as arrays."""
+        frequencies = np.array([h.frequency_rad_s for h in self.harmonics])
+        phases = np.array([h.phase_rad for h in self.harmonics])
+        amplitudes = np.array([h.amplitude_m for h in self.harmonics]).reshape(-1, 3)
+        arrays = (frequencies, phases, amplitudes, np.array(self.centre_m))
+        object.__setattr__(self, "_arrays", arrays)
 
     @property
     def end_s(self) -> float:
@@ -40,10 +50,9 @@ class HarmonicTrajectory:
 
     def position(self, times_s: Array) -> Array:
         """Desired positions (samples, 3) in metres, ENU."""
-        s = ramped(times_s, self.scored_s)[0]
-        position = np.tile(np.array(self.centre_m), (len(s), 1))
-        for h in self.harmonics:
-            position += np.sin(h.frequency_rad_s * s + h.phase_rad)[:, None] * h.amplitude_m
+        frequencies, phases, amplitudes, centre = self._arrays
+        angles = ramped_time(times_s, self.scored_s)[:, None] * frequencies + phases
+        position: Array = np.sin(angles) @ amplitudes + centre
         return position
 
     def motion(self, times_s: Array) -> Motion:

@@ -8,22 +8,59 @@ RAMP_S = 2.0
 """Length of the ramp of `ramped`, s."""
 
 
+def smooth_step7(x: Array) -> Array:
+    """The smooth step 35x⁴ - 84x⁵ + 70x⁶ - 20x⁷ on [0, 1], held outside."""
+    x = np.minimum(np.maximum(x, 0.0), 1.0)
+    square = x * x
+    value: Array = square * square * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)))
+    return value
+
+
 def step7(x: Array) -> tuple[Array, Array, Array]:
-    """The smooth step 35x⁴ - 84x⁵ + 70x⁶ - 20x⁷ on [0, 1], held outside, and two derivatives."""
+    """The smooth step (`smooth_step7`) and two derivatives."""
+    value = smooth_step7(x)
     x = np.clip(x, 0.0, 1.0)
-    value = x**4 * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)))
     first = 140.0 * x**3 * (1.0 - x) ** 3
     second = 420.0 * x**2 * (1.0 - x) ** 2 * (1.0 - 2.0 * x)
     return value, first, second
 
 
-def _ramp_up(t: Array) -> tuple[Array, Array, Array]:
+def _ramp_up_time(t: Array) -> Array:
     """s(t) = 2 (7x⁵ - 14x⁶ + 10x⁷ - 2.5x⁸) + max(t - 2, 0), x = clip(t/2, 0, 1)."""
-    x = np.clip(t / RAMP_S, 0.0, 1.0)
-    value = RAMP_S * x**5 * (7.0 + x * (-14.0 + x * (10.0 - 2.5 * x)))
-    value = value + np.maximum(t - RAMP_S, 0.0)
-    rate, curvature, _ = step7(x)
-    return value, rate, np.where(t < RAMP_S, curvature / RAMP_S, 0.0)
+    x = np.minimum(np.maximum(t / RAMP_S, 0.0), 1.0)
+    square = x * x
+    value = (RAMP_S * x) * (square * square) * (7.0 + x * (-14.0 + x * (10.0 - 2.5 * x)))
+    time: Array = value + np.maximum(t - RAMP_S, 0.0)
+    return time
+
+
+def _ramp_up(t: Array) -> tuple[Array, Array, Array]:
+    """`_ramp_up_time` and two derivatives."""
+    rate, curvature, _ = step7(t / RAMP_S)
+    return _ramp_up_time(t), rate, np.where(t < RAMP_S, curvature / RAMP_S, 0.0)
+
+
+def ramped_time(times_s: Array, stop_s: float) -> Array:
+    """Path time s(t) of `ramped` alone."""
+    times = np.asarray(times_s, dtype=float)
+    if not times.size:
+        return times.copy()
+    first, last = float(times.min()), float(times.max())
+    if first >= RAMP_S and last <= stop_s:
+        even: Array = times - (RAMP_S - 1.0)
+        return even
+    up = _ramp_up_time(times)
+    if not last > stop_s:
+        return up
+    stopped: Array = np.where(times > stop_s, _stopping_time(times, stop_s), up)
+    return stopped
+
+
+def _stopping_time(times_s: Array, stop_s: float) -> Array:
+    """s(t) after `stop_s`: the ramp, run backwards."""
+    total = float(_ramp_up_time(np.array(stop_s))) + 1.0
+    time: Array = total - _ramp_up_time(stop_s + RAMP_S - times_s)
+    return time
 
 
 def ramped(times_s: Array, stop_s: float) -> tuple[Array, Array, Array]:
@@ -39,11 +76,10 @@ def ramped(times_s: Array, stop_s: float) -> tuple[Array, Array, Array]:
     up = _ramp_up(times)
     if not (times > stop_s).any():
         return up
-    total = float(_ramp_up(np.array(stop_s))[0]) + float(_ramp_up(np.array(RAMP_S))[0])
     down = _ramp_up(stop_s + RAMP_S - times)
     after = times > stop_s
     return (
-        np.where(after, total - down[0], up[0]),
+        np.where(after, _stopping_time(times, stop_s), up[0]),
         np.where(after, down[1], up[1]),
         np.where(after, -down[2], up[2]),
     )

@@ -98,6 +98,18 @@ class Footing:
     astray_rad: float = 0.0
     """The same of velocity and heading."""
 
+    @property
+    def sound(self) -> bool:
+        """Nothing is astray, and there have not been too many steps."""
+        return (
+            self.astray_m == _NONE
+            and self.astray_m_s == _NONE
+            and self.astray_rad == 0.0
+            and self.steps <= _MOST_STEPS
+            and self.steps_m_s <= _MOST_STEPS
+            and self.steps_rad <= _MOST_STEPS
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Step:
@@ -111,6 +123,9 @@ class Step:
     """The velocity has stepped: what the laws remember of it is not true any more."""
 
 
+_NOTHING_SEEN = Step()
+
+
 def step(footing: Footing, state: VehicleState, followed_m: float) -> tuple[Footing, Step]:
     """Look at a sample.
 
@@ -120,7 +135,18 @@ def step(footing: Footing, state: VehicleState, followed_m: float) -> tuple[Foot
         followed_m: a larger step of the place is not followed.
     """
     before = footing.newest
-    moved = replace(footing, newest=state)
+    moved = Footing(
+        state,
+        footing.shift_m,
+        footing.slides,
+        footing.steps,
+        footing.steps_m_s,
+        footing.turned_rad,
+        footing.steps_rad,
+        footing.astray_m,
+        footing.astray_m_s,
+        footing.astray_rad,
+    )
     passed_s = 0.0 if before is None else state.time_s - before.time_s
     if before is None or passed_s <= 0.0:
         return moved, _verdict(moved, followed_m)
@@ -133,11 +159,16 @@ def step(footing: Footing, state: VehicleState, followed_m: float) -> tuple[Foot
     yaws = yaw_of(state.attitude_flu_to_enu) - yaw_of(before.attitude_flu_to_enu)
     jump_rad = wrap_angle_rad(yaws - turned)
     noticed_m, noticed_m_s, noticed_rad = _noticed(passed_s, announced)
-    if math.hypot(*jump_m) <= noticed_m:
+    still = math.hypot(*jump_m) <= noticed_m
+    still_m_s = math.hypot(*jump_m_s) <= noticed_m_s
+    still_rad = abs(jump_rad) <= noticed_rad
+    if still and still_m_s and still_rad and footing.sound:
+        return moved, _NOTHING_SEEN
+    if still:
         jump_m = _NONE
-    if math.hypot(*jump_m_s) <= noticed_m_s:
+    if still_m_s:
         jump_m_s = _NONE
-    if abs(jump_rad) <= noticed_rad:
+    if still_rad:
         jump_rad = 0.0
     moved = replace(
         moved,
@@ -202,9 +233,14 @@ def _noticed(passed_s: float, announced: bool) -> tuple[float, float, float]:
 
 def _jump_m(before: VehicleState, state: VehicleState, passed_s: float) -> Vector3:
     """By how much the place is not where the velocities lead."""
-    mean = _times(0.5, _plus(before.velocity_enu_m_s, state.velocity_enu_m_s))
-    led = _plus(before.position_enu_m, _times(passed_s, mean))
-    return _minus(state.position_enu_m, led)
+    (x, y, z), (to_x, to_y, to_z) = before.position_enu_m, state.position_enu_m
+    (vx, vy, vz), (to_vx, to_vy, to_vz) = before.velocity_enu_m_s, state.velocity_enu_m_s
+    half_s = 0.5 * passed_s
+    return (
+        to_x - (x + half_s * (vx + to_vx)),
+        to_y - (y + half_s * (vy + to_vy)),
+        to_z - (z + half_s * (vz + to_vz)),
+    )
 
 
 def _followed(footing: Footing) -> Footing:
@@ -283,7 +319,3 @@ def _plus(a: Vector3, b: Vector3) -> Vector3:
 
 def _minus(a: Vector3, b: Vector3) -> Vector3:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-def _times(factor: float, a: Vector3) -> Vector3:
-    return (factor * a[0], factor * a[1], factor * a[2])

@@ -6,7 +6,7 @@ The trajectory's *origin* is the anchor moved by the mission's offset.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,6 +35,11 @@ class PlacedTrajectory:
 
     trajectory: Trajectory
     placement: Placement
+    _origin: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Keep the origin as an array."""
+        object.__setattr__(self, "_origin", np.array(self.placement.origin_enu_m))
 
     @property
     def name(self) -> str:
@@ -63,11 +68,6 @@ class PlacedTrajectory:
             self._turned(motion.velocity_m_s),
             self._turned(motion.acceleration_m_s2),
         )
-
-    @property
-    def _origin(self) -> Array:
-        origin: Array = np.array(self.placement.origin_enu_m)
-        return origin
 
     def _turned(self, vectors: Array) -> Array:
         """Vectors (samples, 3) turned by the heading; untouched by one of 0."""

@@ -132,9 +132,9 @@ class StackRunner:
         """Time of the last tick; None if the next one starts anew."""
         return None if self._flown is None else self._flown.state.time_s
 
-    def watch(self) -> Watch:
-        """Who flies, for a tick at which no controller ran."""
-        return Watch(self.present.name, self._level_name())
+    def watch(self, changes: tuple[Change, ...] = ()) -> Watch:
+        """Who flies, for a tick at which nobody watched."""
+        return Watch(self.present.name, self._level_name(), changes=changes)
 
     def step(
         self, tick: Tick, reference: Reference
@@ -152,7 +152,7 @@ class StackRunner:
             if plan is not None:
                 self._take(plan, tick, changes)
             self._flown = self._started(tick, changes)
-            return None, None, replace(self.watch(), changes=tuple(changes))
+            return None, None, self.watch(tuple(changes))
         flown = None
         if plan is not None:
             flown = self._relieve(plan, before, tick, reference, changes)
@@ -286,9 +286,10 @@ class StackRunner:
             self._monitor = monitor.settled(self._stacks.monitor, self._monitor, level)
 
     def _with_fade(self, flown: _Flown, command: Command, record: StackRecord) -> _Flown:
-        fade, time_s = self._fade, flown.state.time_s
+        fade = self._fade
         if fade is None:
             return flown
+        time_s = flown.state.time_s
         if fade.over(time_s):
             self._fade = None
             return flown
@@ -305,18 +306,17 @@ class StackRunner:
         changes: list[Change],
     ) -> Watch:
         """The monitor's look at a tick; whatever fails in it, the flight goes on as it is."""
-        watch, limits = self.watch(), self._stacks.monitor
+        limits = self._stacks.monitor
         if limits is None or not self._monitor_works:
-            return replace(watch, changes=tuple(changes))
+            return self.watch(tuple(changes))
         try:
-            watch = self._monitored(limits, before, record, tick, reference, changes)
+            return self._monitored(limits, before, record, tick, reference, changes)
         except Exception as error:
             self._monitor_works = False
             self._wanted = None
             text = f"the monitor failed ({type(error).__name__}: {error}); it watches no more"
             self._note(tick, changes, "monitor", text)
-            watch = self.watch()
-        return replace(watch, changes=tuple(changes))
+            return self.watch(tuple(changes))
 
     def _monitored(
         self,
@@ -349,7 +349,8 @@ class StackRunner:
             self._warned_s = state.time_s
             self._note(tick, changes, "monitor", f"the monitor saw {' and '.join(verdict.reasons)}")
         bound = monitor.slew_bound_rad_s(limits, self._slew.rate_rad_s)
-        return replace(self.watch(), gauges=verdict.gauges, slew_bound_rad_s=bound)
+        name = self.present.name
+        return Watch(name, self._level_name(), verdict.gauges, bound, tuple(changes))
 
     def _level_name(self) -> str:
         if self._stacks.monitor is None:
@@ -377,7 +378,7 @@ def _stepped(who: NamedStack, memory: Any, tick: Tick, reference: Reference) -> 
         UnsoundCommandError: its command may not be sent.
     """
     advanced, command, record = who.stack.step(memory, tick, reference)
-    finite = all(math.isfinite(c) for c in (*command.attitude_flu_to_enu, command.thrust))
-    if not finite or not 0.0 <= command.thrust <= 1.0:
+    finite = math.isfinite(sum(command.attitude_flu_to_enu))
+    if not finite or not 0.0 <= command.thrust <= 1.0:  # which a thrust that is NaN is not
         raise UnsoundCommandError(record)
     return _Flown(advanced, tick.state, command, record)

@@ -65,12 +65,9 @@ class SupervisorLimits:
 
         The MPC's bound is soft: a little outside is well.
         """
-        beyond = max(
-            max(low - p, p - high)
-            for low, p, high in zip(
-                self.fence_low_m, position_enu_m, self.fence_high_m, strict=True
-            )
-        )
+        (lx, ly, lz), (hx, hy, hz) = self.fence_low_m, self.fence_high_m
+        x, y, z = position_enu_m
+        beyond = max(lx - x, x - hx, ly - y, y - hy, lz - z, z - hz)
         return f"{beyond:.1f} m outside the geofence" if beyond > _FENCE_MARGIN_M else ""
 
 

@@ -1,11 +1,11 @@
 """The reference of a whole flight: approach, hover, track, return, one after another in time."""
 
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from companion.trajectories.smooth_time import step7
+from companion.trajectories.smooth_time import smooth_step7
 from companion.trajectories.trajectory import Array, Trajectory
 
 _STEP7_PEAK_SPEED = 35.0 / 16.0
@@ -24,7 +24,7 @@ class Move:
 
     def position(self, times_s: Array) -> Array:
         """Positions (samples, 3) at times since the beginning of the move."""
-        share = step7(times_s / self.duration_s)[0]
+        share = smooth_step7(times_s / self.duration_s)
         moved: Array = self.from_m + share[:, None] * (self.to_m - self.from_m)
         return moved
 
@@ -60,12 +60,24 @@ class Timeline:
     """Begin of each segment, since `start_s`."""
     end_s: float
     """End of the last segment, since `start_s`."""
+    _scored_s: tuple[float, float] | None = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Look up when tracking is scored."""
+        scored = None
+        for segment, begin in reversed(list(zip(self.segments, self.begins_s, strict=True))):
+            if isinstance(segment, Track):
+                start = self.start_s + begin
+                scored = (start, start + segment.trajectory.scored_s)
+        object.__setattr__(self, "_scored_s", scored)
 
     def position(self, autopilot_times_s: Array) -> Array:
         """Desired positions (samples, 3), ENU m, at times of the autopilot's clock."""
         times = autopilot_times_s - self.start_s
-        first = self._index(float(times.min()))
-        last = self._index(float(times.max()))
+        if len(times) == 1:
+            first = last = self._index(float(times[0]))
+        else:
+            first, last = self._index(float(times.min())), self._index(float(times.max()))
         if first == last:
             return self.segments[first].position(times - self.begins_s[first])
         which = np.clip(np.searchsorted(self.begins_s, times, side="right") - 1, 0, None)
@@ -87,11 +99,9 @@ class Timeline:
     @property
     def scored_s(self) -> tuple[float, float]:
         """First and last time of the autopilot's clock at which tracking is scored."""
-        for segment, begin in zip(self.segments, self.begins_s, strict=True):
-            if isinstance(segment, Track):
-                start = self.start_s + begin
-                return start, start + segment.trajectory.scored_s
-        raise ValueError("a timeline without a trajectory has no scored part")
+        if self._scored_s is None:
+            raise ValueError("a timeline without a trajectory has no scored part")
+        return self._scored_s
 
     def _index(self, time_s: float) -> int:
         return max(0, bisect_right(self.begins_s, time_s) - 1)
