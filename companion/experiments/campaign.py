@@ -1,9 +1,11 @@
 """Many simulated flights over the processors, each kept as it ends, so that a study resumes."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 from companion.experiments.flight_store import (
     FAILED,
@@ -31,6 +33,17 @@ class Job:
     task: FlightTask
     key: str
     folder: Path
+    keep: bool = True
+    """Whether the flight's data are kept, or its figures alone."""
+
+
+class Crew(Protocol):
+    """Whoever flies: processes here, or a cluster."""
+
+    def run(
+        self, items: Sequence[Job], on_done: Callable[[int, Summary | Failure], None]
+    ) -> object:
+        """Fly all; tell the index and the result of each as it ends."""
 
 
 def run_campaign(
@@ -39,12 +52,18 @@ def run_campaign(
     jobs: int,
     progress: Progress | None = None,
     fly: Callable[[Job], Summary] | None = None,
+    *,
+    keep: bool = True,
+    known: Mapping[str, Summary] | None = None,
+    on_flown: Callable[[Summary], None] | None = None,
+    crew: AbstractContextManager[Crew] | None = None,
+    go_on: str = "The same command with the same folder goes on from there.",
 ) -> dict[str, Summary]:
     """Fly tasks that have not been flown before.
 
     Flights are kept in `folder/flights/KEY.parquet`.  What is there and can be read is not flown
-    again.  A flight that raises, or whose process died twice, has the outcome "failed" and
-    the reason as its note, and no file.
+    again.  A flight that raises, or whose process died each of three times, has the outcome
+    "failed" and the reason as its note, and no file.
 
     Args:
         tasks: what to fly; a key that comes twice is flown once.
@@ -52,6 +71,12 @@ def run_campaign(
         jobs: how many processes.
         progress: told after each flight, and once before.
         fly: what a worker does, in place of flying; a function of a module.
+        keep: whether the flights' data are kept as files.
+        known: figures of flights that were flown before, by key, whether their files are there
+            or not.
+        on_flown: told the figures of each flight that was not in `known`, as they come.
+        crew: flies in place of processes of this computer.
+        go_on: told with an interrupt: how to go on.
 
     Returns:
         Figures by key, in the order of the tasks.
@@ -63,10 +88,17 @@ def run_campaign(
         OSError: the folder can't be written.
     """
     need_pyarrow()
-    jobs_by_key = {key: Job(task, key, folder) for task, key in ((t, t.key) for t in tasks)}
-    (folder / "flights").mkdir(parents=True, exist_ok=True)
-    found = {key: _kept(job) for key, job in jobs_by_key.items()}
-    results = {key: summary for key, summary in found.items() if summary is not None}
+    jobs_by_key = {t.key: Job(t, t.key, folder, keep) for t in tasks}
+    results: dict[str, Summary] = {}
+    tell = on_flown or (lambda _: None)
+    if keep:
+        (folder / "flights").mkdir(parents=True, exist_ok=True)
+    for key, job in jobs_by_key.items():
+        if known is not None and key in known:
+            results[key] = known[key]
+        elif (summary := _kept(job)) is not None:
+            results[key] = summary
+            tell(summary)
     missing = [job for key, job in jobs_by_key.items() if key not in results]
     pace = Pace(len(results), len(jobs_by_key), progress)
     pace.tell()
@@ -76,17 +108,18 @@ def run_campaign(
         if isinstance(result, Failure):
             result = Summary(job.key, job.task, FAILED, result.reason)
         results[job.key] = result
+        tell(result)
         pace.tick()
 
     if missing:
+        local = Workers(fly or fly_and_keep, min(jobs, len(missing)))
         try:
-            with Workers(fly or fly_and_keep, min(jobs, len(missing))) as workers:
-                workers.run(missing, on_done)
+            with crew or local as flying:
+                flying.run(missing, on_done)
         except KeyboardInterrupt as interrupt:
             kept = sum(summary.outcome != FAILED for summary in results.values())
             raise CampaignInterruptedError(
-                f"interrupted: {kept} of {len(jobs_by_key)} flights are kept in {folder}. "
-                "The same command with the same folder goes on from there."
+                f"interrupted: {kept} of {len(jobs_by_key)} flights are kept in {folder}. {go_on}"
             ) from interrupt
         finally:
             _sweep(folder)
@@ -94,9 +127,10 @@ def run_campaign(
 
 
 def fly_and_keep(job: Job) -> Summary:
-    """What a worker does: fly, write the file, give the figures."""
+    """What a worker does: fly, write the file if it is to be kept, give the figures."""
     table = fly_task(job.task)
-    write_flight(flight_path(job.folder, job.key), job.key, table)
+    if job.keep:
+        write_flight(flight_path(job.folder, job.key), job.key, table)
     return summarise(job.key, table)
 
 

@@ -1,5 +1,6 @@
 """Flights on disk: one Parquet file each, written whole or not at all."""
 
+import io
 import json
 import math
 import os
@@ -66,11 +67,10 @@ def flight_path(folder: Path, key: str) -> Path:
     return folder / "flights" / f"{key}.parquet"
 
 
-def write_flight(path: Path, key: str, table: FlightTable) -> None:
-    """Write a flight; whoever looks sees the whole file or none.
+def flight_bytes(key: str, table: FlightTable) -> bytes:
+    """What a flight's file holds.
 
     Raises:
-        OSError: it can't be written.
         MissingExtraError: pyarrow is not installed.
     """
     arrow, parquet = _pyarrow()
@@ -81,18 +81,39 @@ def write_flight(path: Path, key: str, table: FlightTable) -> None:
     content = arrow.Table.from_arrays(arrays, names=names).replace_schema_metadata(
         {_METADATA: json.dumps(said, ensure_ascii=False, allow_nan=False).encode()}
     )
+    numbers = [field.name for field in content.schema if field.name not in _WORDS]
+    sink = io.BytesIO()
+    parquet.write_table(
+        content,
+        sink,
+        compression="zstd",
+        use_dictionary=[name for name in names if name in _WORDS],
+        use_byte_stream_split=[n for n in numbers if content[n].type != arrow.bool_()],
+        write_statistics=False,
+    )
+    return sink.getvalue()
+
+
+def write_flight(path: Path, key: str, table: FlightTable) -> None:
+    """Write a flight; whoever looks sees the whole file or none.
+
+    Raises:
+        OSError: it can't be written.
+        MissingExtraError: pyarrow is not installed.
+    """
+    write_flight_bytes(path, flight_bytes(key, table))
+
+
+def write_flight_bytes(path: Path, content: bytes) -> None:
+    """Write what `flight_bytes` gives; whoever looks sees the whole file or none.
+
+    Raises:
+        OSError: it can't be written.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        numbers = [field.name for field in content.schema if field.name not in _WORDS]
-        parquet.write_table(
-            content,
-            unfinished,
-            compression="zstd",
-            use_dictionary=[name for name in names if name in _WORDS],
-            use_byte_stream_split=[n for n in numbers if content[n].type != arrow.bool_()],
-            write_statistics=False,
-        )
+        unfinished.write_bytes(content)
         unfinished.replace(path)
     except BaseException:
         with suppress(OSError):

@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,8 @@ import yaml
 from companion.config.yaml_source import ConfigError
 from companion.experiments.controller_file import write_whole
 from companion.experiments.shim_files import shim_folder
+
+_DUMPER = yaml.CSafeDumper if yaml.__with_libyaml__ else yaml.SafeDumper
 
 PlantFile = dict[str, Any]
 """A plant file as YAML has it."""
@@ -34,11 +37,24 @@ def write_plant(vehicle: str, changes: Sequence[Change], path: Path) -> Path:
         ConfigError: the shim has no such vehicle, or a change does not apply to it.
         OSError: the file can't be written.
     """
+    write_whole(path, plant_text(vehicle, changes))
+    return path
+
+
+def plant_text(vehicle: str, changes: Sequence[Change]) -> str:
+    """A shipped vehicle's plant file with changes, as YAML.
+
+    Args:
+        vehicle: its name.
+        changes: one after another.
+
+    Raises:
+        ConfigError: the shim has no such vehicle, or a change does not apply to it.
+    """
     plant = copy.deepcopy(_read(vehicle))
     for change in changes:
         change(plant)
-    write_whole(path, yaml.safe_dump(plant, sort_keys=False))
-    return path
+    return yaml.dump(plant, Dumper=_DUMPER, sort_keys=False)
 
 
 def scaled(*keys: str, by: float) -> Change:
@@ -65,6 +81,7 @@ def delayed(seconds: float) -> Change:
     return change
 
 
+@cache
 def _read(vehicle: str) -> PlantFile:
     path = shim_folder() / "plant" / "vehicles" / f"{vehicle}.yaml"
     try:

@@ -1,0 +1,177 @@
+"""Flies a campaign: what is there is kept, what is missing is flown, what comes is written."""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from companion.experiments.campaign import CampaignInterruptedError, Job, run_campaign
+from companion.experiments.campaigns.cluster import ClusterLostError, DaskCrew
+from companion.experiments.campaigns.folder import owned, rows_before
+from companion.experiments.campaigns.manifest import write_manifest
+from companion.experiments.campaigns.parcel import Flown, Parcel
+from companion.experiments.campaigns.plan import Plan, PlannedFlight
+from companion.experiments.campaigns.results import (
+    Journal,
+    Row,
+    row_of,
+    summary_of,
+    write_results,
+)
+from companion.experiments.campaigns.tasks import checked_tasks
+from companion.experiments.flight_store import FAILED, Summary, need_pyarrow
+from companion.experiments.flight_task import FlightTask
+from companion.experiments.progress import ProgressDisplay
+
+_WRITE_EVERY_S = 5.0
+_WRITING_SHARE = 0.02
+"""Of the time, at most, for writing `results.parquet` again and again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A campaign as it is asked for."""
+
+    plan: Plan
+    folder: Path
+    jobs: int
+    command: str
+    """That makes it again, and goes on with it with ``--resume``."""
+    scheduler: str | None = None
+    resume: bool = False
+
+
+def fly_campaign(
+    order: Order,
+    display: ProgressDisplay,
+    fly: Callable[[Job], Summary] | None = None,
+    fly_there: Callable[[Parcel], Flown] | None = None,
+) -> list[Row]:
+    """Fly what is missing of a campaign.
+
+    Args:
+        order: what is asked for.
+        display: shows how far it is.
+        fly: what a worker does, in place of flying; a function of a module.
+        fly_there: the same for a worker of a cluster.
+
+    Returns:
+        The rows of all flights, in the order of the plan.
+
+    Raises:
+        ConfigError: it can't be flown as it stands; nothing was flown.
+        MissingExtraError: a library is not installed.
+        CampaignInterruptedError: Ctrl-C, or the cluster is gone; the text says how to go on.
+        OSError: the folder can't be written.
+    """
+    need_pyarrow()
+    plan, folder = order.plan, order.folder
+    with owned(folder):
+        before = rows_before(folder, plan, resume=order.resume)
+        tasks = checked_tasks(plan, folder / "plants")
+        write_manifest(folder, plan, order.command)
+        by_key = _by_key(plan.flights, tasks)
+        known = {
+            row["key"]: summary_of(row, by_key[row["key"]][1])
+            for row in before
+            if row["key"] in by_key
+        }
+        others = len({row["key"] for row in before}.difference(by_key))
+        if others:
+            display.say(
+                f"{others} flights in {folder} were flown by other code or with other files, and "
+                "are flown again."
+            )
+        rows = [row for key, s in known.items() for row in _rows(plan, by_key[key][0], s)]
+        with Journal(folder, rows) as journal:
+            keeper = _Keeper(plan, folder, journal, rows, display)
+            try:
+                run_campaign(
+                    tasks,
+                    folder,
+                    order.jobs,
+                    display,
+                    fly,
+                    keep=plan.config.keep == "flights",
+                    known=known,
+                    on_flown=lambda s: keeper.take(_rows(plan, by_key[s.key][0], s)),
+                    crew=None
+                    if order.scheduler is None
+                    else DaskCrew(order.scheduler, display.say, fly_there),
+                    go_on=f"Go on with: {order.command} --resume",
+                )
+            except ClusterLostError as error:
+                raise CampaignInterruptedError(
+                    f"{error}: {keeper.done} of {len(plan.flights)} flights are kept in {folder}. "
+                    f"Go on with: {order.command} --resume"
+                ) from error
+            finally:
+                keeper.write()
+        return keeper.in_order()
+
+
+class _Keeper:
+    """Writes rows as they come."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        folder: Path,
+        journal: Journal,
+        rows: Iterable[Row],
+        display: ProgressDisplay,
+    ) -> None:
+        self._plan = plan
+        self._folder = folder
+        self._journal = journal
+        self._rows = {row["point"]: row for row in rows}
+        self._outcomes = Counter(row["outcome"] for row in self._rows.values())
+        self._display = display
+        self._due_s = time.monotonic()
+        self._tell()
+
+    @property
+    def done(self) -> int:
+        """How many flights need not be flown again."""
+        return sum(self._outcomes.values()) - self._outcomes[FAILED]
+
+    def take(self, rows: Sequence[Row]) -> None:
+        """Keep the rows of a flight; now and then the whole table is written."""
+        for row in rows:
+            self._journal.add(row)
+            self._rows[row["point"]] = row
+            self._outcomes[row["outcome"]] += 1
+        self._tell()
+        if time.monotonic() >= self._due_s:
+            self.write()
+
+    def write(self) -> None:
+        """Write the table of all rows so far."""
+        started = time.monotonic()
+        self._journal.sync()
+        write_results(self._folder, self._rows.values(), self._plan.parameters)
+        ended = time.monotonic()
+        self._due_s = ended + max(_WRITE_EVERY_S, (ended - started) / _WRITING_SHARE)
+
+    def in_order(self) -> list[Row]:
+        """All rows, in the order of the plan."""
+        return [self._rows[point] for point in sorted(self._rows)]
+
+    def _tell(self) -> None:
+        counts = self._outcomes.most_common()
+        self._display.note(", ".join(f"{count} {outcome}" for outcome, count in counts if count))
+
+
+def _by_key(
+    flights: Sequence[PlannedFlight], tasks: Sequence[FlightTask]
+) -> dict[str, tuple[list[PlannedFlight], FlightTask]]:
+    """The flights of the plan by key; those that are the same have one."""
+    found: dict[str, tuple[list[PlannedFlight], FlightTask]] = {}
+    for flight, task in zip(flights, tasks, strict=True):
+        found.setdefault(task.key, ([], task))[0].append(flight)
+    return found
+
+
+def _rows(plan: Plan, flights: Sequence[PlannedFlight], summary: Summary) -> list[Row]:
+    return [row_of(flight, plan.parameters, plan.config.engine, summary) for flight in flights]

@@ -1,0 +1,122 @@
+"""What a campaign's file may say."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from companion.config.base import Section
+
+MOST_FLIGHTS = 1_000_000
+
+Value = str | bool | int | float | dict[str, Any] | None
+"""A choice as YAML has it; keys stand for faults, null for none."""
+Values = Annotated[tuple[Value, ...], Field(strict=False, min_length=1)]
+Method = Literal["grid", "latin-hypercube", "sobol"]
+
+
+class ParameterConfig(Section):
+    """What varies: a list of choices, or a range from low to high."""
+
+    values: Values | None = Field(
+        default=None, description="The choices; a list in the parameter's place says the same."
+    )
+    low: float | None = None
+    high: float | None = None
+    log: bool = Field(default=False, description="Evenly spread in the logarithm.")
+    integer: bool = Field(default=False, description="Whole numbers alone, both ends included.")
+    steps: Annotated[int, Field(ge=2, le=100_000)] | None = Field(
+        default=None, description="How many values a grid takes of the range, its ends included."
+    )
+    unit: str | None = Field(default=None, description="For a person.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _list_is_choices(cls, given: object) -> object:
+        return {"values": given} if isinstance(given, list) else given
+
+    @model_validator(mode="after")
+    def _choices_or_range(self) -> "ParameterConfig":
+        ends = (self.low, self.high)
+        if (self.values is None) == (ends == (None, None)):
+            raise ValueError("give a list of choices, or `low` and `high`, and not both")
+        if self.values is not None:
+            if self.log or self.integer or self.steps is not None:
+                raise ValueError("log, integer and steps belong to a range (low, high)")
+            return self
+        low, high = ends
+        if low is None or high is None or not low < high:
+            raise ValueError("a range needs low < high")
+        if self.log and low <= 0.0:
+            raise ValueError("a logarithmic range must lie above 0")
+        if self.log and self.integer:
+            raise ValueError("a range of whole numbers can't be logarithmic; give one of the two")
+        if self.integer and not (low.is_integer() and high.is_integer()):
+            raise ValueError("a range of whole numbers needs whole numbers as its ends")
+        return self
+
+
+class SampleConfig(Section):
+    """How points are taken from the parameters' ranges."""
+
+    method: Method
+    points: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None = Field(
+        default=None, description="How many; of a grid its lists and steps decide."
+    )
+    seed: Annotated[int, Field(ge=0)] = Field(default=1, description="Of the sampling.")
+
+    @model_validator(mode="after")
+    def _points_are_asked_for_once(self) -> "SampleConfig":
+        if self.method == "grid" and self.points is not None:
+            raise ValueError("a grid has as many points as its lists and steps give. Remove points")
+        if self.method != "grid" and self.points is None:
+            raise ValueError(f"a {self.method} sample needs to know how many points. Add points")
+        return self
+
+
+class BaseConfig(Section):
+    """The flight that all others differ from by their parameters alone."""
+
+    controller: str = "mpc-l1"
+    trajectory: int | str = Field(default=4, description="1 … 5, or a CSV or YAML file.")
+    wind: str = "calm"
+    vehicle: str = "bebop2"
+    autopilot: Literal["auto", "px4", "ardupilot"] = "auto"
+    faults: str | dict[str, Any] | None = None
+    sensors: str | None = None
+    seed: Annotated[int, Field(ge=0)] = 1
+    flights: Literal["airborne", "whole"] = Field(
+        default="airborne",
+        description="airborne: the trajectory alone, beginning and ending in the air; whole: from "
+        "take-off to landing.",
+    )
+    settings: dict[str, Value | list[Any]] = Field(
+        default={}, description="Keys as --set takes them (controller.mpc.horizon), with values."
+    )
+
+
+class CampaignConfig(Section):
+    """A campaign."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")] = Field(
+        description="Of its folder, too: letters, digits, '-', '_' and '.'."
+    )
+    says: str | None = Field(default=None, description="What it is for; for a person.")
+    engine: Literal["flights", "batched"] = Field(
+        default="flights",
+        description="flights: each through the whole program in lockstep; batched: thousands of "
+        "simplified vehicles at once.",
+    )
+    keep: Literal["flights", "figures"] = Field(
+        default="flights", description="Each flight's data as a file, or its row of figures alone."
+    )
+    base: BaseConfig = BaseConfig()
+    sample: SampleConfig
+    parameters: Annotated[dict[str, ParameterConfig], Field(min_length=1)]
+    each: dict[str, Values] = Field(
+        default={},
+        description="Choices each of which is flown at every point: controllers compared in the "
+        "same conditions.",
+    )
+    seeds: Annotated[int, Field(ge=1, le=10_000)] | None = Field(
+        default=None, description="Every point is flown with the seeds 1 … this many."
+    )
