@@ -9,7 +9,6 @@ the derivative of the measurement, and is flown as one.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from companion.control.pid import PidGains
 from companion.control.reference_model import PositionModel, discretise_position_model
@@ -42,6 +41,8 @@ def lqr_gains(
     Raises:
         ValueError: the Riccati equation has no stabilising solution.
     """
+    from scipy.linalg import solve_discrete_are
+
     a, b = discretise_position_model(np.array(model.m), np.array(model.gain_k), period_s)
     rows = []
     for i in range(len(model.m)):
