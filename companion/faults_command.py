@@ -14,7 +14,7 @@ from rich.table import Table
 
 from companion.config.yaml_source import ConfigError
 from companion.experiments.faults.flying import Order, Verdict, orders
-from companion.experiments.faults.page import need_page_library, seconds, write_page
+from companion.experiments.faults.page import seconds, write_page
 from companion.experiments.faults.study import Result, Unflown, run_study
 from companion.experiments.faults.table import (
     FLAVOURS,
@@ -31,6 +31,7 @@ from companion.experiments.faults.written import (
     faults_object,
     passed,
 )
+from companion.experiments.pages.templating import need_page_library
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.provenance import commit, version
 from companion.experiments.workers import default_jobs

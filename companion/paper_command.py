@@ -9,9 +9,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from companion.experiments.pages.templating import need_page_library
 from companion.experiments.paper.claims import judge_claims
 from companion.experiments.paper.export import write_results
-from companion.experiments.paper.report import draw_figures, need_report_libraries, write_report
+from companion.experiments.paper.report import draw_figures, write_report
 from companion.experiments.paper.results import Claim, PaperResults
 from companion.experiments.paper.scale import FULL, QUICK
 from companion.experiments.paper.statistics import millimetres
@@ -44,7 +45,7 @@ def run_paper(request: PaperRequest) -> Path:
         CampaignInterruptedError: Ctrl-C; the same command goes on from there.
         OSError: the folder can't be written.
     """
-    need_report_libraries()
+    need_page_library()
     scale = QUICK if request.quick else FULL
     folder = request.out or Path("paper-quick" if request.quick else "paper")
     folder.mkdir(parents=True, exist_ok=True)

@@ -3,29 +3,19 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from companion.experiments.faults.drawing import draw
 from companion.experiments.faults.study import Result, Unflown
 from companion.experiments.faults.written import NAME as JSON_NAME
 from companion.experiments.faults.written import Made, RowResult, counts
-from companion.experiments.flight_store import MissingExtraError
+from companion.experiments.pages.templating import render_page
 from companion.recording.whole_file import write_whole
 
 NAME = "faults.html"
 _TEMPLATE = "faults.html.j2"
 _GROUPS = {"link": "The link", "vehicle": "The vehicle", "process": "The companion's process"}
 _SIGNS = {"passed": "✓", "failed": "✗", "not flown": "–"}
-
-
-def need_page_library() -> None:
-    """Fail now rather than after the flights.
-
-    Raises:
-        MissingExtraError: jinja2 is not installed.
-    """
-    _jinja()
 
 
 def write_page(results: Sequence[RowResult], made: Made, folder: Path) -> Path:
@@ -40,26 +30,18 @@ def write_page(results: Sequence[RowResult], made: Made, folder: Path) -> Path:
         MissingExtraError: jinja2 is not installed.
         OSError: it can't be written.
     """
-    jinja = _jinja()
-    environment = jinja.Environment(
-        loader=jinja.PackageLoader("companion.experiments.faults"),
-        autoescape=True,
-        undefined=jinja.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["codes"] = codes
     groups = [
         (key, title, [_row(result) for result in results if result.row.group == key])
         for key, title in _GROUPS.items()
     ]
-    text = environment.get_template(_TEMPLATE).render(
-        groups=[group for group in groups if group[2]],
-        counts={key: count for key, count in counts(results).items() if count},
-        signs=_SIGNS,
-        made=made,
-        json_name=JSON_NAME,
-    )
+    context = {
+        "groups": [group for group in groups if group[2]],
+        "counts": {key: count for key, count in counts(results).items() if count},
+        "signs": _SIGNS,
+        "made": made,
+        "json_name": JSON_NAME,
+    }
+    text = render_page("companion.experiments.faults", _TEMPLATE, context, {"codes": codes})
     path = folder / NAME
     write_whole(path, text)
     return path
@@ -130,13 +112,3 @@ def _figures(flight: Result) -> tuple[tuple[str, str], ...]:
         ("ended from home", f"{m.from_home_m:.1f} m", m.from_home_m),
     ]
     return tuple((name, text) for name, text, value in told if not math.isnan(value))
-
-
-def _jinja() -> ModuleType:
-    try:
-        import jinja2
-    except ImportError as error:
-        raise MissingExtraError(
-            "The page is made with jinja2, which is missing: pip install 'companion[study]'"
-        ) from error
-    return jinja2

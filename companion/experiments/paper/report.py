@@ -1,23 +1,22 @@
 """`report.html`: the study on one page that needs nothing but itself."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
-from companion.experiments.flight_store import MissingExtraError
+from companion.experiments.pages.inline_svg import inline_svg
+from companion.experiments.pages.style import name_of, seeds_text
+from companion.experiments.pages.templating import render_page
 from companion.experiments.paper.export import NAME as RESULTS_NAME
 from companion.experiments.paper.figures.render import DrawnFigure, draw_figures
-from companion.experiments.paper.figures.style import name_of, seeds_text
 from companion.experiments.paper.headline import MeanError, mean_errors, verdict_counts
-from companion.experiments.paper.inline_svg import colour_rules, inline_svg
 from companion.experiments.paper.results import Claim, PaperResults, Verdict
 from companion.experiments.paper.scale import TRAJECTORIES, VEHICLE
 from companion.experiments.paper.statistics import millimetres
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 
-__all__ = ["NAME", "DrawnFigure", "draw_figures", "need_report_libraries", "write_report"]
+__all__ = ["NAME", "DrawnFigure", "draw_figures", "write_report"]
 
 NAME = "report.html"
 _TEMPLATE = "report.html.j2"
@@ -36,15 +35,6 @@ _CHATTERS = 2.0
 """Times the tilt slew of MPC-L1."""
 
 
-def need_report_libraries() -> None:
-    """Fail now rather than after the flights.
-
-    Raises:
-        MissingExtraError: jinja2 is not installed.
-    """
-    _jinja()
-
-
 def write_report(
     results: PaperResults, claims: Sequence[Claim], figures: Sequence[DrawnFigure], folder: Path
 ) -> Path:
@@ -60,29 +50,17 @@ def write_report(
         MissingExtraError: jinja2 is not installed.
         OSError: a figure can't be read, or the page not written.
     """
-    jinja = _jinja()
-    environment = jinja.Environment(
-        loader=jinja.PackageLoader("companion.experiments.paper"),
-        autoescape=True,
-        undefined=jinja.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"mm": millimetres, "times": _times, "slew": _slew, "name": name_of}
-    page = environment.get_template(_TEMPLATE).render(_context(results, claims, figures, folder))
+    filters: dict[str, Callable[..., str]] = {
+        "mm": millimetres,
+        "times": _times,
+        "slew": _slew,
+        "name": name_of,
+    }
+    context = _context(results, claims, figures, folder)
+    page = render_page("companion.experiments.paper", _TEMPLATE, context, filters)
     path = folder / NAME
     path.write_text(page, encoding="utf-8")
     return path
-
-
-def _jinja() -> ModuleType:
-    try:
-        import jinja2
-    except ImportError as error:
-        raise MissingExtraError(
-            "The page is made with jinja2, which is missing: pip install 'companion[study]'"
-        ) from error
-    return jinja2
 
 
 def _context(
@@ -104,8 +82,6 @@ def _context(
         "commanded_minus_flown_m": _finite(results.tracking.commanded_minus_flown_m),
         "figures": [_figure(figure, folder) for figure in figures],
         "results_name": RESULTS_NAME,
-        "light_colours": colour_rules(dark=False),
-        "dark_colours": colour_rules(dark=True),
     }
 
 

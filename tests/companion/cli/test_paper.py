@@ -83,7 +83,7 @@ def test_a_missing_library_is_told_with_its_remedy_before_anything_is_flown(monk
         raise MissingExtraError("jinja2 is missing: pip install 'companion[study]'")
 
     asked = flown(monkeypatch)
-    monkeypatch.setattr(paper_command, "need_report_libraries", missing)
+    monkeypatch.setattr(paper_command, "need_page_library", missing)
     said = paper("--quick")
     assert said.exit_code == 2
     assert "companion[study]" in said.stderr

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.paper.adaptation_rate import SAMPLE_HZ, TRAJECTORY, AdaptationRate
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     FAINT,
     INK,
     L1,
@@ -20,6 +19,7 @@ from companion.experiments.paper.figures.style import (
     note,
     say,
 )
+from companion.experiments.paper.adaptation_rate import SAMPLE_HZ, TRAJECTORY, AdaptationRate
 from companion.experiments.paper.results import PaperResults
 from companion.report.flight_data import Array
 

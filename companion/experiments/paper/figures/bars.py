@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from matplotlib.axes import Axes
 
-from companion.experiments.paper.figures.style import INK, MUTED, SMALL
+from companion.experiments.pages.style import INK, MUTED, SMALL
 from companion.experiments.paper.statistics import Spread, lost_text
 
 _LOST_HEIGHT = 0.35

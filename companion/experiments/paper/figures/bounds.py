@@ -4,8 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.paper.bounds import HOVER_S, BoundsFlight
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     AXES,
     L1,
     L1_NOISY,
@@ -18,6 +17,7 @@ from companion.experiments.paper.figures.style import (
     say,
     thin,
 )
+from companion.experiments.paper.bounds import HOVER_S, BoundsFlight
 from companion.experiments.paper.results import PaperResults
 from companion.report.flight_data import Array
 

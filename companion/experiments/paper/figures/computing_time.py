@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from companion.experiments.computing_time import WHAT, ComputingTime, MethodTime
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     MPC_L1,
     MUTED,
     SMALL,

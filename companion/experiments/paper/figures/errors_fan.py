@@ -5,8 +5,7 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from companion.experiments.paper.figures.bars import Bar, Series, bar_of, draw_bars
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     COLOURS,
     MPC_L1_FAN,
     MPC_PID_FAN,
@@ -16,6 +15,7 @@ from companion.experiments.paper.figures.style import (
     new_figure,
     seeds_text,
 )
+from companion.experiments.paper.figures.bars import Bar, Series, bar_of, draw_bars
 from companion.experiments.paper.results import PaperResults
 from companion.experiments.paper.scale import TRAJECTORIES
 from companion.experiments.paper.statistics import Spread, spread

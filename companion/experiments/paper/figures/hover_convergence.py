@@ -4,8 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.paper.changing_dynamics import HoverConvergence
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     INK,
     L1,
     L1_NOISY,
@@ -18,6 +17,7 @@ from companion.experiments.paper.figures.style import (
     smooth,
     thin,
 )
+from companion.experiments.paper.changing_dynamics import HoverConvergence
 from companion.experiments.paper.results import PaperResults
 from companion.report.flight_data import Array
 

@@ -4,14 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.paper.changing_dynamics import (
-    CONTROLLERS,
-    LOAD_AT_S,
-    TRAJECTORY,
-    LoadStep,
-)
-from companion.experiments.paper.figures.bars import Series, bar_of, draw_bars
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     COLOURS,
     INK,
     MUTED,
@@ -23,6 +16,13 @@ from companion.experiments.paper.figures.style import (
     smooth,
     thin,
 )
+from companion.experiments.paper.changing_dynamics import (
+    CONTROLLERS,
+    LOAD_AT_S,
+    TRAJECTORY,
+    LoadStep,
+)
+from companion.experiments.paper.figures.bars import Series, bar_of, draw_bars
 from companion.experiments.paper.results import PaperResults
 
 _MM = 1e3

@@ -9,7 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     INK,
     MUTED,
     ON_COLOUR,

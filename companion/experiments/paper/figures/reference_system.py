@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     AXES,
     COLOURS,
     L1,

@@ -1,7 +1,5 @@
 """Figures to files: PNG, and SVG whose letters are letters."""
 
-import io
-import re
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -10,10 +8,10 @@ from pathlib import Path
 
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from companion.experiments.pages.style import SETTINGS
+from companion.experiments.pages.svg import svg_text
 from companion.experiments.paper.figures.registry import DRAWINGS, drawing
-from companion.experiments.paper.figures.style import SETTINGS
 from companion.experiments.paper.results import PaperResults
 
 FOLDER = "figures"
@@ -21,7 +19,6 @@ _DPI = 150
 _PAYS_FROM = 4
 _SLOW = ("trajectories", "bounds", "reference_system")
 """First in the order, so that they are dealt out evenly."""
-_FALLBACKS = "'DejaVu Sans', Verdana, Geneva, sans-serif"
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,16 +67,8 @@ def draw_one(results: PaperResults, name: str, folder: Path) -> DrawnFigure:
         FigureCanvasAgg(figure)
         figure.savefig(png, dpi=_DPI, metadata={"Software": None})
         figure.set_layout_engine("none")  # places stay as they are: half the work the second time
-        svg.write_text(_svg(figure), encoding="utf-8")
+        svg.write_text(svg_text(figure), encoding="utf-8")
     return DrawnFigure(name, one.title, one.caption(results), png, svg)
-
-
-def _svg(figure: Figure) -> str:
-    """The figure as SVG: the same bytes for the same data, with families to fall back to."""
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    text = re.sub(r"<metadata>.*?</metadata>\s*", "", buffer.getvalue(), flags=re.DOTALL)
-    return text.replace("'DejaVu Sans'", _FALLBACKS)
 
 
 def _in_processes(

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     AXES,
     COLOURS,
     SHOULD_BE,

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from companion.experiments.paper.figures.fans import Fan, fan_of
-from companion.experiments.paper.figures.style import (
+from companion.experiments.pages.style import (
     FAINT,
     INK,
     MUTED,
@@ -15,6 +14,7 @@ from companion.experiments.paper.figures.style import (
     new_figure,
     say,
 )
+from companion.experiments.paper.figures.fans import Fan, fan_of
 from companion.experiments.paper.results import PaperResults
 from companion.report.flight_data import Array
 from companion.trajectories.harmonic import TEST_TRAJECTORIES

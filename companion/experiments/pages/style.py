@@ -17,6 +17,7 @@ INK, MUTED, FAINT, PAPER = "#1f2328", "#656d76", "#d8dee4", "#ffffff"
 ON_COLOUR = "#1f2329"
 """Letters on a coloured cell, the same by day and night."""
 MPC_L1, MPC_L1_FAN = "#c0392b", "#eda79f"
+MPC_L1_PLUS = "#b0508f"
 MPC_PID, MPC_PID_FAN = "#0b63a5", "#9ec9ea"
 MPC_PID_JOINT, MPC_PID_JOINT_FAN = "#3a86a8", "#b5d6e0"
 PID_L1, LQR_L1 = "#e69f00", "#00876c"
@@ -31,6 +32,7 @@ DARK = {
     PAPER: "#161b22",
     MPC_L1: "#f0685a",
     MPC_L1_FAN: "#f7c3bd",
+    MPC_L1_PLUS: "#e08cc4",
     MPC_PID: "#4a9de0",
     MPC_PID_JOINT: "#6cb8d0",
     MPC_PID_JOINT_FAN: "#cfe8ef",
@@ -45,6 +47,7 @@ DARK = {
 
 COLOURS = {
     "mpc-l1": MPC_L1,
+    "mpc-l1-plus": MPC_L1_PLUS,
     "mpc-pid": MPC_PID,
     "mpc-pid-joint": MPC_PID_JOINT,
     "pid-l1": PID_L1,
@@ -54,6 +57,7 @@ COLOURS = {
 """Of a controller, in every figure."""
 NAMES = {
     "mpc-l1": "MPC-L1",
+    "mpc-l1-plus": "MPC-L1+",
     "mpc-pid": "MPC-PID",
     "pid-l1": "PID-L1",
     "lqr-l1": "LQR-L1",

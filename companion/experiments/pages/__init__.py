@@ -1,0 +1,1 @@
+"""What the pages of studies have in common: letters and colours, drawings, templates."""
