@@ -1,0 +1,2 @@
+"""TinyMPC stub to be written."""
+CONTENDERS = []
