@@ -1,0 +1,115 @@
+"""State in to setpoint out over UDP in real time, seen from outside, beside MAVSDK's asyncio.
+
+    python benchmarks/latency.py [--minutes 10] [--load] [--loop both] [--json] [--keep]
+
+A shim flies; a relay between it and the client notes when each state leaves for the client and when
+the setpoint that answers it comes back (SET_ATTITUDE_TARGET says the time of its state).  Beside
+them a process of its own measures how late this machine's timers are.  The client is `companion
+fly`, whole, with logs and all; and in segments before and after it, a loop that does as much with
+MAVSDK: odometry in, attitude out.
+"""
+
+import argparse
+import importlib.util
+import shlex
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from benchmarks.harness import Report, main
+from benchmarks.real_time.figures import figures_of, lines_of
+from benchmarks.real_time.segment import Client, Segment, fly_segment
+from companion.experiments.perturbed_plant import scaled, write_plant
+from companion.flight.event_loop import LOOP_VARIABLE
+from tools.soak.figure_eight import write_figure_eight
+
+_VEHICLE = "bebop2"
+_MAVSDK_AT_MOST_S = 60.0
+_GOAL_MS = 1.5
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """The benchmark's own."""
+    parser.add_argument("--minutes", type=float, default=1.0, help="tracked in each flight [1]")
+    parser.add_argument("--rounds", type=int, default=1, help="flights of each kind, in turn [1]")
+    parser.add_argument(
+        "--load", action="store_true", help="the same again with the last processor kept busy"
+    )
+    parser.add_argument(
+        "--loop",
+        choices=("default", "asyncio", "uvloop", "both"),
+        default="default",
+        help="the companion's event loop; both: in turn [what it takes by itself]",
+    )
+    parser.add_argument(
+        "--under",
+        action="append",
+        default=[],
+        metavar="COMMAND",
+        help="the companion's flight also under this command, in turn: 'chrt -f 10'; repeatable",
+    )
+    parser.add_argument("--no-mavsdk", action="store_true", help="leave MAVSDK's segments out")
+
+
+def run(asked: argparse.Namespace) -> Report:
+    """Fly the segments in turn."""
+    mavsdk = not asked.no_mavsdk and importlib.util.find_spec("mavsdk") is not None
+    seconds = 60.0 * asked.minutes
+    segments: list[Segment] = []
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        write_figure_eight(folder / "eight.csv", seconds)
+        # Of ten minutes it is to be the companion that is worn out.
+        vehicle = write_plant(_VEHICLE, [scaled("battery", "capacity_a_h", by=10.0)], folder / "v")
+        loops = ("asyncio", "uvloop") if asked.loop == "both" else (asked.loop,)
+        variants = [(loop, under) for under in ("", *asked.under) for loop in loops]
+        other = _mavsdk(min(seconds, _MAVSDK_AT_MOST_S))
+        for loaded in (False, True) if asked.load else (False,):
+            for _ in range(asked.rounds):
+                for loop, under in variants:
+                    if mavsdk:
+                        segments.append(fly_segment(other, vehicle, loaded=loaded))
+                    flight = folder / f"flight-{len(segments)}"
+                    client = _companion(folder / "eight.csv", flight, loop, under)
+                    segments.append(fly_segment(client, vehicle, loaded=loaded))
+            if mavsdk:
+                segments.append(fly_segment(other, vehicle, loaded=loaded))
+    return _report(segments, left_out=[] if mavsdk or asked.no_mavsdk else ["mavsdk"])
+
+
+def _companion(trajectory: Path, out: Path, loop: str, under: str) -> Client:
+    command = [
+        *shlex.split(under),
+        *(sys.executable, "-m", "companion", "fly", "--connect={url}", "--json"),
+        *(f"--traj={trajectory}", f"--vehicle={_VEHICLE}", f"--out={out}"),
+    ]
+    name = f"companion under {under}" if under else "companion"
+    if loop == "default":
+        return Client(name, command)
+    return Client(f"{name} on {loop}", command, environment={LOOP_VARIABLE: loop})
+
+
+def _mavsdk(seconds: float) -> Client:
+    command = [sys.executable, "-m", "benchmarks.real_time.mavsdk_loop", "{url}", str(seconds)]
+    return Client("MAVSDK asyncio", command, tagged=True)
+
+
+def _report(segments: list[Segment], left_out: list[str]) -> Report:
+    figures: dict[str, Any] = {}
+    lines: list[str] = []
+    kinds = dict.fromkeys((segment.loaded, segment.client) for segment in segments)
+    for loaded, client in kinds:
+        name = f"{client}, one processor busy" if loaded else client
+        of_kind = [s for s in segments if (s.loaded, s.client) == (loaded, client)]
+        figures[name] = found = figures_of(of_kind)
+        lines += lines_of(name, found)
+        if client.startswith("companion"):
+            reached = found["p99_above_noise_ms"] <= _GOAL_MS
+            lines.append(f"  goal, p99 at most {_GOAL_MS} ms above: {'yes' if reached else 'no'}")
+    lines += [f"left out, not installed: {name}" for name in left_out]
+    return {"clients": figures, "left_out": left_out}, lines
+
+
+if __name__ == "__main__":
+    main("latency", "State in to setpoint out over UDP in real time.", run, options)
