@@ -110,10 +110,9 @@ class ConstrainedAxis:
 
 def _excess(velocity: Array, position: Array, bounds: SoftBounds) -> float:
     """By how much the outputs (n,) leave the soft bounds; negative where they don't."""
-    fastest = max(np.maximum.reduce(velocity), -np.minimum.reduce(velocity))
-    below = bounds.low_m - np.minimum.reduce(position)
-    above = np.maximum.reduce(position) - bounds.high_m
-    return float(max(fastest - bounds.speed_m_s, below, above))
+    fastest = abs(float(velocity[np.abs(velocity).argmax()]))
+    lowest, highest = float(position[position.argmin()]), float(position[position.argmax()])
+    return max(fastest - bounds.speed_m_s, bounds.low_m - lowest, highest - bounds.high_m)
 
 
 def _with_slacks(problem: AxisProblem) -> tuple[Array, Array]:

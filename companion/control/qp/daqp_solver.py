@@ -60,7 +60,7 @@ class DaqpSolver:
     def solve(self, q: Array, lower: Array, upper: Array) -> QpSolution:
         """Solve; status "solved" or the reason why x is None."""
         gap = upper - lower
-        plain = math.isfinite(q.dot(q) + gap.dot(gap)) and np.minimum.reduce(gap) >= 0.0
+        plain = math.isfinite(q.dot(q) + gap.dot(gap)) and gap[gap.argmin()] >= 0.0
         if not plain:
             problem = input_problem(q, lower, upper)
             if problem:
@@ -81,10 +81,10 @@ class DaqpSolver:
         return QpSolution(x, status, iterations)
 
     def _vouched(self, x: Array, lower: Array, upper: Array) -> bool:
-        """Whether x is finite and keeps the bounds; a NaN does neither."""
+        """Whether x keeps the bounds, which one that is not finite does not: it makes a NaN."""
         rows = self._a.dot(x)
-        worst = max(np.maximum.reduce(lower - rows), np.maximum.reduce(rows - upper))
-        return math.isfinite(x.dot(x)) and bool(worst <= _EXCESS)
+        outside = np.maximum(lower - rows, rows - upper)
+        return bool(outside[outside.argmax()] <= _EXCESS)
 
     def _begin(self) -> None:
         """A new instance: nothing of a failure stays."""
