@@ -106,20 +106,24 @@ def euler_from_quaternion(q: Quaternion) -> Vector3:
 
 
 _SQRT_HALF = math.sqrt(0.5)
-_NED_TO_ENU: Quaternion = (0.0, _SQRT_HALF, _SQRT_HALF, 0.0)
-_FLU_TO_FRD: Quaternion = (0.0, 1.0, 0.0, 0.0)
 
 
 def attitude_to_wire(flu_to_enu: Quaternion) -> Quaternion:
-    """Attitude FLU → ENU as the wire wants it: FRD → NED."""
-    frd_to_enu = quaternion_multiply(flu_to_enu, _FLU_TO_FRD)
-    return quaternion_multiply(quaternion_conjugate(_NED_TO_ENU), frd_to_enu)
+    """Attitude FLU → ENU as the wire wants it: FRD → NED.
+
+    The product conj(NED → ENU) ⊗ attitude ⊗ (FLU → FRD) with NED → ENU = (0, √½, √½, 0) and
+    FLU → FRD = (0, 1, 0, 0), multiplied out: it comes at every sample.
+    """
+    w, x, y, z = flu_to_enu
+    s = _SQRT_HALF
+    return (s * w + s * z, s * x + s * y, s * x - s * y, s * w - s * z)
 
 
 def attitude_from_wire(frd_to_ned: Quaternion) -> Quaternion:
-    """Attitude FRD → NED of the wire as FLU → ENU."""
-    flu_to_ned = quaternion_multiply(frd_to_ned, quaternion_conjugate(_FLU_TO_FRD))
-    return quaternion_multiply(_NED_TO_ENU, flu_to_ned)
+    """Attitude FRD → NED of the wire as FLU → ENU: the map is its own inverse."""
+    w, x, y, z = frd_to_ned
+    s = _SQRT_HALF
+    return (s * w + s * z, s * x + s * y, s * x - s * y, s * w - s * z)
 
 
 def yaw_of(q: Quaternion) -> float:

@@ -12,12 +12,18 @@ from typing import Any, TypeVar
 Result = TypeVar("Result")
 
 
+_LOOK_EVERY = 64
+"""Rounds of the loop.  Nothing real is waited for in simulated time but signals, and a look at the
+system costs as much as a small callback: this often they are noticed within milliseconds."""
+
+
 class _JumpingSelector(selectors.DefaultSelector):
     """Never blocks: it tells the loop how far the clock may jump instead."""
 
     def __init__(self) -> None:
         super().__init__()
         self.jump_s = 0.0
+        self._rounds = 0
 
     def select(self, timeout: float | None = None) -> Any:  # noqa: ANN401 - as in the base class
         if timeout is None:
@@ -25,6 +31,9 @@ class _JumpingSelector(selectors.DefaultSelector):
             raise RuntimeError("deadlock in simulated time: every task waits, no timer runs")
         if timeout > 0.0:
             self.jump_s += timeout
+        self._rounds += 1
+        if self._rounds % _LOOK_EVERY:
+            return ()
         return super().select(0)
 
 

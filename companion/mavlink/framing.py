@@ -7,6 +7,7 @@ second one on.  Bytes that are no frame are skipped one at a time, so that a fal
 does not swallow a true frame behind it.
 """
 
+import struct
 from typing import NamedTuple
 
 from companion.mavlink.crc import CRC_INDEX, CRC_TABLE, crc16
@@ -17,6 +18,9 @@ MAGIC_V2 = 0xFD
 LARGEST_FRAME = 280
 """Bytes: header 10, payload 255, CRC 2, signature 13."""
 
+_HEADER_V2 = struct.Struct("<xBBxBBBHB")
+"""Length, incompatibility flags, sequence, system, component, message id (low, high)."""
+_HEADER_V2_BYTES = 10
 _INCOMPATIBLE_SIGNED = 0x01
 _MOST_UNKNOWN_IDS = 64
 
@@ -68,6 +72,11 @@ class Framer:
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take the next bytes of the stream and give the frames that they complete."""
+        if not self._pending:
+            only = _only_frame(data)
+            if only is not None:
+                self.looks += 1
+                return [only]
         frames, self._pending = self._split(self._pending + data if self._pending else data)
         return frames
 
@@ -146,6 +155,30 @@ class Framer:
             del learned[next(iter(learned))]  # the one not seen for longest
         learned[message_id] = extra
         return False
+
+
+def _only_frame(data: bytes) -> Frame | None:
+    """The one frame that a datagram is, as nearly all are; None where `Framer` has to look closer.
+
+    It does so unless the data is exactly one packet of MAVLink 2, not signed, of a known message.
+    """
+    length = len(data)
+    if length < _HEADER_V2_BYTES + 2 or data[0] != MAGIC_V2:
+        return None
+    size, flags, sequence, system_id, component_id, low, high = _HEADER_V2.unpack_from(data)
+    end = _HEADER_V2_BYTES + size
+    if flags or length != end + 2:
+        return None
+    message_id = low | high << 16
+    extra = _ALL_CRC_EXTRA.get(message_id)
+    if extra is None:
+        return None
+    crc = crc16(data[1:end])
+    if data[end] | data[end + 1] << 8 != CRC_TABLE[(crc ^ extra) & 0xFF] ^ (crc >> 8):
+        return None
+    # Past the constructor, which takes twice as long.
+    fields = (data, 2, message_id, system_id, component_id, sequence, False)
+    return tuple.__new__(Frame, fields)
 
 
 def _next_magic(data: bytes, start: int) -> int:

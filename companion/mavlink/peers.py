@@ -119,12 +119,12 @@ class PeerTable:
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
         """Count a frame for its sender; one that was overtaken had been taken for lost."""
-        sequence = frame.sequence
-        peer = self.peers.get((frame.system_id, frame.component_id))
+        _, _, _, system_id, component_id, sequence, _ = frame
+        peer = self.peers.get((system_id, component_id))
         if peer is None:
             if len(self.peers) >= _MOST_PEERS and not self.is_vehicle(frame):
                 return
-            key = (frame.system_id, frame.component_id)
+            key = (system_id, component_id)
             self.peers[key] = Peer(*key, now_s, sequence)
             return
         gap = (sequence - peer.last_sequence - 1) % _FULL_CIRCLE

@@ -24,6 +24,7 @@ from companion.mavlink.messages import MessageId, Outgoing, Target
 _MASK_ATTITUDE = 7
 _MASK_BODY_RATE = 128
 _WIRE = struct.Struct("<I4f3ffBBB")
+_SET_ATTITUDE_TARGET = int(MessageId.SET_ATTITUDE_TARGET)
 _LATEST_MS = 0xFFFF_FFFF
 
 NORM_TOLERANCE = 5e-4
@@ -120,7 +121,7 @@ def setpoint_message(setpoint: Setpoint, autopilot_time_s: float, target: Target
         qw, qx, qy, qz = 1.0, 0.0, 0.0, 0.0
         p, q, r = swap_flu_frd(setpoint.rate_flu_rad_s)
     return Outgoing(
-        MessageId.SET_ATTITUDE_TARGET,
+        _SET_ATTITUDE_TARGET,
         _WIRE.pack(
             round(autopilot_time_s * 1000.0) & _LATEST_MS,
             qw, qx, qy, qz,

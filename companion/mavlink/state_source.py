@@ -44,8 +44,14 @@ PARTS_IN_PLACE_OF_ODOMETRY = tuple(
 )
 """What to ask for where ODOMETRY is refused."""
 
-STATE_MESSAGES = frozenset(message for source in StateSource for message in source.messages)
+STATE_MESSAGES = frozenset(int(message) for source in StateSource for message in source.messages)
 """Messages that `StateReader.take` reads."""
+
+# Names of an enumeration are looked up slowly, and these are compared with at every frame.
+_ODOMETRY = int(MessageId.ODOMETRY)
+_ATTITUDE_QUATERNION = int(MessageId.ATTITUDE_QUATERNION)
+_LOCAL_POSITION_NED = int(MessageId.LOCAL_POSITION_NED)
+_WHOLE = StateSource.ODOMETRY
 
 
 class StateReader:
@@ -57,7 +63,7 @@ class StateReader:
     __slots__ = ("_attitude", "source")
 
     def __init__(self) -> None:
-        self.source = StateSource.ODOMETRY
+        self.source = _WHOLE
         self._attitude: WireAttitude | None = None
 
     def take(self, frame: Frame, about_s: float) -> VehicleState | Rejected | None:
@@ -69,12 +75,12 @@ class StateReader:
                 32-bit times; 0 if it is not known.
         """
         message_id = frame.message_id
-        if self.source is StateSource.ODOMETRY:
-            return state_from_odometry(frame) if message_id == MessageId.ODOMETRY else None
-        if message_id == MessageId.ATTITUDE_QUATERNION:
+        if self.source is _WHOLE:
+            return state_from_odometry(frame) if message_id == _ODOMETRY else None
+        if message_id == _ATTITUDE_QUATERNION:
             self._attitude = wire_attitude(frame)
             return None
-        if message_id != MessageId.LOCAL_POSITION_NED:
+        if message_id != _LOCAL_POSITION_NED:
             return None
         if self._attitude is None:
             return Rejected("LOCAL_POSITION_NED came before any ATTITUDE_QUATERNION")

@@ -28,6 +28,7 @@ _BODY_FRAMES = (8, 12)
 _ODOMETRY_BYTES = 231
 """Up to the extension `reset_counter`, which is 0 where it was not sent."""
 _ODOMETRY = struct.Struct("<Q13f168xBBB")
+_HIL_STATE_QUATERNION = int(MessageId.HIL_STATE_QUATERNION)
 _POSITION = struct.Struct("<I6f")
 _ATTITUDE = struct.Struct("<I7f")
 _DEBUG_VECT = struct.Struct("<Q3f10s")
@@ -78,9 +79,7 @@ class WindAcceleration:
 
 def is_truth(frame: Frame) -> bool:
     """True for what only a simulation can know: for the recording and the report alone."""
-    return (
-        frame.component_id == COMPONENT_TRUTH or frame.message_id == MessageId.HIL_STATE_QUATERNION
-    )
+    return frame.component_id == COMPONENT_TRUTH or frame.message_id == _HIL_STATE_QUATERNION
 
 
 def state_from_odometry(frame: Frame) -> VehicleState | Rejected:
@@ -200,34 +199,25 @@ def _state(
     reset_counter: int = 0,
 ) -> VehicleState | Rejected:
     """Check everything, then turn it into the companion's frames."""
-    problem = _problem(message, position_ned_m, velocity_ned_m_s, rate_frd_rad_s)
-    if problem is not None:
-        return Rejected(problem)
-    w, x, y, z = frd_to_ned
-    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    # Comparisons with NaN are false.
+    x, y, z = position_ned_m
+    if not (abs(x) + abs(y) + abs(z) < FARTHEST_M):
+        return Rejected(f"{message} has an impossible position: {x:g}, {y:g}, {z:g} m")
+    vx, vy, vz = velocity_ned_m_s
+    if not (abs(vx) + abs(vy) + abs(vz) < FASTEST_M_S):
+        return Rejected(f"{message} has an impossible velocity: {vx:g}, {vy:g}, {vz:g} m/s")
+    p, q, r = rate_frd_rad_s
+    if not math.isfinite(p + q + r):
+        return Rejected(f"{message} has rates that are not finite: {p:g}, {q:g}, {r:g} rad/s")
+    qw, qx, qy, qz = frd_to_ned
+    norm = math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
     if not abs(norm - 1.0) <= _NORM_TOLERANCE:
         return Rejected(f"{message} has an attitude quaternion of norm {norm:.3g}, wanted 1")
     return VehicleState(
         time_s,
         swap_enu_ned(position_ned_m),
         swap_enu_ned(velocity_ned_m_s),
-        attitude_from_wire((w / norm, x / norm, y / norm, z / norm)),
+        attitude_from_wire((qw / norm, qx / norm, qy / norm, qz / norm)),
         swap_flu_frd(rate_frd_rad_s),
         reset_counter,
     )
-
-
-def _problem(
-    message: str, position_m: Vector3, velocity_m_s: Vector3, rate_rad_s: Vector3
-) -> str | None:
-    """What is wrong with a sample, in words, or None.  Comparisons with NaN are false."""
-    x, y, z = position_m
-    vx, vy, vz = velocity_m_s
-    p, q, r = rate_rad_s
-    if not (abs(x) + abs(y) + abs(z) < FARTHEST_M):
-        return f"{message} has an impossible position: {x:g}, {y:g}, {z:g} m"
-    if not (abs(vx) + abs(vy) + abs(vz) < FASTEST_M_S):
-        return f"{message} has an impossible velocity: {vx:g}, {vy:g}, {vz:g} m/s"
-    if not math.isfinite(p + q + r):
-        return f"{message} has rates that are not finite: {p:g}, {q:g}, {r:g} rad/s"
-    return None

@@ -71,11 +71,13 @@ class ClockEstimator:
         "_anchor_s",
         "_due_s",
         "_jumps",
-        "_rate",
         "_samples",
         "_sent_ns",
         "_sent_total",
         "_unanswered_s",
+        "rate",
+        "valid",
+        "way_there_s",
     )
 
     def __init__(self) -> None:
@@ -86,39 +88,35 @@ class ClockEstimator:
         """When each question was asked since the newest one that was answered; oldest first."""
         self._due_s = -math.inf
         self._jumps = 0
-        self._rate = 1.0
+        # These are read at every frame, and change with an exchange alone.
+        self.valid = False
+        """True once enough exchanges agree for `autopilot_time` to mean something."""
+        self.rate = 1.0
+        """Seconds of the autopilot's clock per second of ours."""
+        self.way_there_s = math.nan
+        """How long what is sent now takes to the autopilot, by its clock; NaN before the first
+        exchange.  See `_way_there_s`."""
         self._anchor_s = 0.0
         self._anchor_autopilot_s = 0.0
-
-    @property
-    def valid(self) -> bool:
-        """True once enough exchanges agree for `autopilot_time` to mean something."""
-        return len(self._samples) >= _ENOUGH and self._span_s >= _ENOUGH_SPAN_S
-
-    @property
-    def rate(self) -> float:
-        """Seconds of the autopilot's clock per second of ours."""
-        return self._rate
 
     @property
     def round_trip_s(self) -> float:
         """Shortest round trip among the last exchanges, by our clock; NaN before the first."""
         return min((sample.round_trip_s for sample in self._samples), default=math.nan)
 
-    @property
-    def way_there_s(self) -> float:
-        """How long what is sent now takes to the autopilot, by its clock; NaN before the first.
+    def _way_there_s(self) -> float:
+        """How long what is sent now takes to the autopilot, by its clock.
 
         Half of the shortest round trip among the last; where the link has become slower, what an
         answer's own age leaves of the round trip: which of the two ways it was then tells.
         """
         shortest_s = self.round_trip_s
-        present = min(list(self._samples)[-_PRESENT:], key=lambda s: s.round_trip_s, default=None)
-        if present is None or present.round_trip_s <= shortest_s + _SLOWER_S:
-            return 0.5 * shortest_s * self._rate
+        present = min(list(self._samples)[-_PRESENT:], key=lambda s: s.round_trip_s)
+        if present.round_trip_s <= shortest_s + _SLOWER_S:
+            return 0.5 * shortest_s * self.rate
         came_s = present.middle_s + 0.5 * present.round_trip_s
         back_s = self.autopilot_time(came_s) - present.autopilot_s
-        return max(0.0, present.round_trip_s * self._rate - back_s)
+        return max(0.0, present.round_trip_s * self.rate - back_s)
 
     def unanswered_since(self, since_s: float) -> float:
         """When the first question was asked of those after `since_s` that nobody has answered.
@@ -128,7 +126,10 @@ class ClockEstimator:
         Returns:
             Our time; infinity if there is none.
         """
-        return next((asked_s for asked_s in self._unanswered_s if asked_s >= since_s), math.inf)
+        for asked_s in self._unanswered_s:
+            if asked_s >= since_s:
+                return asked_s
+        return math.inf
 
     @property
     def round_trips_s(self) -> tuple[float, ...]:
@@ -142,7 +143,7 @@ class ClockEstimator:
 
     def autopilot_time(self, now_s: float) -> float:
         """The autopilot's time since boot at our `now_s`; meaningless until `valid`."""
-        return self._anchor_autopilot_s + self._rate * (now_s - self._anchor_s)
+        return self._anchor_autopilot_s + self.rate * (now_s - self._anchor_s)
 
     def outgoing(self, now_s: float) -> list[Outgoing]:
         """A TIMESYNC request, if one is due: ten quickly, then four a second."""
@@ -175,7 +176,7 @@ class ClockEstimator:
         """Add an exchange, unless it contradicts the others; start over if several do."""
         if self.valid:
             surprise = sample.autopilot_s - self.autopilot_time(sample.middle_s)
-            if abs(surprise) > _JUMP_S * max(1.0, self._rate):
+            if abs(surprise) > _JUMP_S * max(1.0, self.rate):
                 self._jumps += 1
                 if self._jumps < _JUMPS_TO_BELIEVE:
                     return
@@ -183,6 +184,8 @@ class ClockEstimator:
         self._jumps = 0
         self._samples.append(sample)
         self._fit()
+        self.valid = len(self._samples) >= _ENOUGH and self._span_s >= _ENOUGH_SPAN_S
+        self.way_there_s = self._way_there_s()
 
     @property
     def _span_s(self) -> float:
@@ -212,13 +215,13 @@ class ClockEstimator:
         x_mean, y_mean = x_sum / weight_sum, y_sum / weight_sum
         covariance = sum(w * (x - x_mean) * (y - y_mean) for w, x, y, _ in points)
         variance = sum(w * (x - x_mean) ** 2 for w, x, _, _ in points)
-        self._rate = 1.0
+        self.rate = 1.0
         if variance > 0.0:
             fitted = covariance / variance
             doubts = [w * abs(x - x_mean) * d for w, x, _, d in points]
             # A few may well err all the same way; many do not.
             doubt = (sum(doubts) if short else _SIGMAS * math.hypot(*doubts)) / variance
             lowest, highest = fitted * (1.0 - doubt), fitted * (1.0 + doubt)
-            self._rate = min(max(1.0, lowest), highest)
+            self.rate = min(max(1.0, lowest), highest)
         self._anchor_s = newest.middle_s
-        self._anchor_autopilot_s = newest.autopilot_s + y_mean - self._rate * x_mean
+        self._anchor_autopilot_s = newest.autopilot_s + y_mean - self.rate * x_mean

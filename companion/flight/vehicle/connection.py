@@ -15,7 +15,7 @@ from companion.flight.vehicle.exchanges import Exchanges
 from companion.flight.vehicle.health import Health
 from companion.flight.vehicle.intake import Gate
 from companion.flight.vehicle.losses import Losses
-from companion.flight.vehicle.pulse import Pulse
+from companion.flight.vehicle.pulse import UNHEARD_S, Pulse
 from companion.flight.vehicle.reception import Reception
 from companion.flight.vehicle.reports import LANDED_ON_GROUND, REPORT_IDS, Reports
 from companion.flight.vehicle.samples import Samples
@@ -42,6 +42,11 @@ from companion.mavlink.state_source import STATE_MESSAGES
 from companion.mavlink.telemetry import is_truth
 from companion.mavlink.timesync import ClockEstimator, boot_time_s
 from companion.vehicle_state import VehicleState
+
+# Names of an enumeration are looked up slowly, and these are compared with at every frame.
+_HEARTBEAT = int(MessageId.HEARTBEAT)
+_TIMESYNC = int(MessageId.TIMESYNC)
+_COMMAND_ACK = int(MessageId.COMMAND_ACK)
 
 _HOUSEKEEPING_S = 0.05
 _HEARTBEAT_S = 1.0
@@ -148,6 +153,8 @@ class Connection:
         self._packer = Packer(1, signer=None if signing is None else signing.signer)
         self._heartbeat_due_s = -math.inf
         self._text_id = 0
+        self._named_mode: tuple[int, str] | None = None
+        """The mode that was named last: it is asked for at every frame."""
         self._troubles: dict[str, int] = {}
         link.on_bytes = self.reception.take
         link.on_change = self._on_link_change
@@ -199,10 +206,14 @@ class Connection:
     @property
     def mode(self) -> str:
         """Name of the vehicle's mode."""
-        mode = self.reports.custom_mode
+        mode, named = self.reports.custom_mode, self._named_mode
+        if named is not None and named[0] == mode:
+            return named[1]
         if mode is None or self._dialect is None:
             return "unknown"
-        return self._dialect.mode_name(mode)
+        name = self._dialect.mode_name(mode)
+        self._named_mode = (mode, name)
+        return name
 
     @property
     def readiness(self) -> Readiness:
@@ -233,7 +244,8 @@ class Connection:
     def unheard_because(self) -> str:
         """Why the vehicle seems not to hear us, though it is heard; empty if it answers."""
         unheard_s = self.pulse.unheard_for_s(asyncio.get_running_loop().time(), self.clock)
-        if unheard_s <= self.pulse.unheard_after_s:
+        # How long is too long takes a look at the losses, which is seldom needed.
+        if unheard_s <= UNHEARD_S or unheard_s <= self.pulse.unheard_after_s:
             return ""
         return (
             f"for {unheard_s:.1f} s the autopilot has answered nothing (TIMESYNC), though it is "
@@ -253,11 +265,13 @@ class Connection:
     @property
     def loop_rate(self) -> float:
         """Seconds of the autopilot's clock per second of ours; 1 while that is not known."""
-        return self.clock.rate if self.clock.valid else 1.0
+        clock = self.clock
+        return clock.rate if clock.valid else 1.0
 
     def loop_seconds(self, autopilot_seconds: float) -> float:
         """How long a time of the autopilot's clock is by ours."""
-        return autopilot_seconds / max(0.1, self.loop_rate)
+        rate = self.loop_rate
+        return autopilot_seconds / (rate if rate > 0.1 else 0.1)
 
     def send(self, outgoing: Outgoing) -> None:
         """Send a message, then record it."""
@@ -337,8 +351,9 @@ class Connection:
                 # asyncio would swallow it, and what came behind it in this datagram.
                 self._trouble(message_name(frame.message_id), error)
         # Recorded after the setpoint went out: a slow disk must not delay the control.
+        frame_in = self._log.frame_in
         for frame in frames:
-            self._log.frame_in(received_s, frame.raw)
+            frame_in(received_s, frame.raw)
         self.waiting.wake()
         if self.on_frames is not None and frames:
             try:
@@ -362,18 +377,21 @@ class Connection:
 
     def _on_frame(self, frame: Frame, received_s: float) -> None:
         message_id = frame.message_id
-        if message_id == MessageId.HEARTBEAT:
+        if message_id == _HEARTBEAT:
             self._on_heartbeat(frame, received_s)
             return
         if not self.peers.is_vehicle(frame) or is_truth(frame):
             return
         self.heard_s = received_s
         self.pulse.on_message(received_s)
-        if message_id in self.counts or len(self.counts) < _MOST_KINDS:
-            self.counts[message_id] = self.counts.get(message_id, 0) + 1
+        counts = self.counts
+        if message_id in counts:
+            counts[message_id] += 1
+        elif len(counts) < _MOST_KINDS:
+            counts[message_id] = 1
         if message_id in STATE_MESSAGES:
             self.samples.take(frame, received_s, self.clock)
-        elif message_id == MessageId.TIMESYNC:
+        elif message_id == _TIMESYNC:
             fall = self._boot.fall(boot_time_s(frame), received_s, self.loop_rate)
             if fall is Fall.RESTART:
                 self._on_restart()
@@ -381,15 +399,17 @@ class Connection:
                 self._on_clock_set_back()
             for outgoing in self.clock.on_timesync(received_s, frame):
                 self.send(outgoing)
-        elif message_id == MessageId.COMMAND_ACK:
+        elif message_id == _COMMAND_ACK:
             ack = ack_from_frame(frame)
             # Another client's commands are acknowledged on our link, too.
             if (ack.target_system, ack.target_component) in (_NOBODY, self._our_address):
                 self.exchanges.on_ack(received_s, ack)
         elif message_id in REPORT_IDS:
             self.reports.take(frame)
-        for listener in self.listeners.get(message_id, ()):
-            listener(frame, received_s)
+        listeners = self.listeners.get(message_id)
+        if listeners:
+            for listener in listeners:
+                listener(frame, received_s)
 
     def _on_restart(self) -> None:
         """Whatever the autopilot said or promised before is not true any more."""

@@ -48,15 +48,18 @@ _PIECE = 2048
 """Bytes that are looked at before the looks are counted."""
 
 _ESSENTIAL = STATE_MESSAGES | {
-    MessageId.HEARTBEAT,
-    MessageId.SYS_STATUS,
-    MessageId.COMMAND_ACK,
-    MessageId.TIMESYNC,
-    MessageId.EKF_STATUS_REPORT,
-    MessageId.ESTIMATOR_STATUS,
-    MessageId.EXTENDED_SYS_STATE,
-    MessageId.STATUSTEXT,
-    MessageId.CURRENT_MODE,
+    int(message)
+    for message in (
+        MessageId.HEARTBEAT,
+        MessageId.SYS_STATUS,
+        MessageId.COMMAND_ACK,
+        MessageId.TIMESYNC,
+        MessageId.EKF_STATUS_REPORT,
+        MessageId.ESTIMATOR_STATUS,
+        MessageId.EXTENDED_SYS_STATE,
+        MessageId.STATUSTEXT,
+        MessageId.CURRENT_MODE,
+    )
 }
 _TRUTH = frozenset(
     (
@@ -146,7 +149,8 @@ class Intake:
         if self._tail:
             self._hold(data)
             return frames
-        return frames + self._sift(self._look(data, now_s, whole))
+        new = self._sift(self._look(data, now_s, whole))
+        return frames + new if frames else new
 
     def release(self, now_s: float, *, whole: bool) -> list[Frame]:
         """Begin a turn; give what was held until its beginning."""
@@ -194,9 +198,10 @@ class Intake:
         if whole and not self._tail and framer.pending_bytes:
             # What looks like the start of a packet is none: the rest will never come.
             frames += framer.finish()
-        self._looked += max(1, framer.looks - before)
-        frames = self._gate.admit(frames)
-        note = self._gate.note
+        looks = framer.looks - before
+        self._looked += looks if looks > 1 else 1
+        admit, note, _ = self._gate
+        frames = admit(frames)
         for frame in frames:
             note(frame, now_s)
         return frames
@@ -215,8 +220,9 @@ class Intake:
 
     def _sift(self, frames: list[Frame]) -> list[Frame]:
         """The frames that there is time for, in order; of the essential ones some are held."""
-        charges = [_charge(frame) for frame in frames]
-        came = sum(charges)
+        came = 0
+        for frame in frames:
+            came += _charge(frame)
         self._came += came
         spent = self._spent + came
         budget = BUDGET_BYTES * self.pace * self._granted
@@ -226,8 +232,8 @@ class Intake:
         kept: list[Frame] = []
         seen: set[Kind] = set()
         # From the newest to the oldest: what is dropped is old.
-        for frame, charge in zip(reversed(frames), reversed(charges), strict=True):
-            kind = self._essential_kind(frame)
+        for frame in reversed(frames):
+            charge, kind = _charge(frame), self._essential_kind(frame)
             if kind is not None and kind in seen and frame.message_id in STATE_MESSAGES:
                 self._counters.excess_packets += 1
             elif self._spent + charge <= budget or self._reserved(kind):
@@ -269,4 +275,5 @@ def _charge(frame: Frame) -> int:
     """What dealing with a frame costs, in bytes of the budget."""
     if frame.message_id in STATE_MESSAGES and frame.component_id != COMPONENT_TRUTH:
         return STATE_CHARGE
-    return max(_SMALLEST_CHARGE, len(frame.raw))
+    size = len(frame.raw)
+    return size if size > _SMALLEST_CHARGE else _SMALLEST_CHARGE

@@ -15,6 +15,7 @@ _LONGEST_GAP = 16
 """A longer one is a pause of the link, or another sender: no loss by chance."""
 _MEMORY = 500.0
 """Packets after which something is forgotten (to 1/e)."""
+_KEEP = 1.0 - 1.0 / _MEMORY
 _FEW = 50.0
 """So many are taken for received before the first: a single early loss says little."""
 _UNLUCKY = 1.0e-4
@@ -35,9 +36,8 @@ class Losses:
 
     def on_packet(self, sequence: int) -> None:
         """Take the number of a packet that has come."""
-        keep = 1.0 - 1.0 / _MEMORY
-        self._received = self._received * keep + 1.0
-        self._lost *= keep
+        self._received = self._received * _KEEP + 1.0
+        self._lost *= _KEEP
         if self._sequence is not None:
             gap = (sequence - self._sequence - 1) % _FULL_CIRCLE
             if gap <= _LONGEST_GAP:

@@ -72,9 +72,13 @@ class Pulse:
 
     def missing(self, now_s: float) -> bool:
         """True if other messages come, and heartbeats have not for `missing_after_s`."""
+        late_s = now_s - self._since_s
+        # It is asked at every frame: what can't be too late is not judged.
+        if late_s <= self._loop_seconds(MISSING_S):
+            return False
         if now_s - self._heard_s > self._loop_seconds(_PAUSE_S):
             return False
-        return now_s - self._since_s > self._loop_seconds(self.missing_after_s)
+        return late_s > self._loop_seconds(self.missing_after_s)
 
     def unheard_for_s(self, now_s: float, clock: ClockEstimator) -> float:
         """For how long it has been heard and answered nothing, s of our clock; 0 if it answers.
@@ -85,7 +89,8 @@ class Pulse:
         """
         if now_s - self._heard_s > _STEADY_S:
             return 0.0
-        return max(0.0, now_s - clock.unanswered_since(self._steady_since_s))
+        unheard_s = now_s - clock.unanswered_since(self._steady_since_s)
+        return unheard_s if unheard_s > 0.0 else 0.0
 
     @property
     def unheard_after_s(self) -> float:

@@ -74,13 +74,14 @@ class Reception:
     def take(self, data: bytes, received_s: float) -> None:
         """Take bytes from the link."""
         intake, pace = self._intake, self._pace()
-        intake.pace = 1.0 if pace is None else max(1.0, pace)
+        intake.pace = pace if pace is not None and pace > 1.0 else 1.0
         frames = intake.take(data, received_s, whole=self._link.datagrams)
         self._deal_with(frames, received_s)
         if intake.due_s is not None:
             self._wait_for_the_turns_end()
-        lasting = _FLOODED_TURNS_UNTIMED if pace is None else _FLOODED_TURNS
-        if not self.flooded and intake.flooded_turns >= lasting:
+        if not intake.flooded_turns or self.flooded:
+            return
+        if intake.flooded_turns >= (_FLOODED_TURNS_UNTIMED if pace is None else _FLOODED_TURNS):
             self.flooded = True
             if self.on_flood is not None:
                 self.on_flood(_FLOOD)

@@ -20,7 +20,8 @@ _CHUNK = 50
 _LONGEST_TEXT = 1000
 
 REPORT_IDS = frozenset(
-    (
+    int(message)
+    for message in (
         MessageId.CURRENT_MODE,
         MessageId.SYS_STATUS,
         MessageId.EKF_STATUS_REPORT,

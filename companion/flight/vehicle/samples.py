@@ -82,10 +82,11 @@ class Samples:
             received_s: the loop's time at which it came.
             clock: gives the autopilot's time about then, by which its stamps are judged.
         """
+        newest = self.newest
         if clock.valid:
             about_s = clock.autopilot_time(received_s)
         else:
-            about_s = 0.0 if self.newest is None else self.newest.time_s
+            about_s = 0.0 if newest is None else newest.time_s
         sample = self._reader.take(frame, about_s)
         if sample is None:
             return
@@ -93,7 +94,6 @@ class Samples:
             self.rejected += 1
             self.rejected_because = sample.reason
             return
-        newest = self.newest
         behind_s = 0.0 if newest is None else newest.time_s - sample.time_s
         unusable = ""
         if self.lost():

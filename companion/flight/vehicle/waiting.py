@@ -91,7 +91,9 @@ class Waiting:
 
     def wake(self) -> None:
         """Look at all conditions."""
-        for condition, future in list(self._waiters):
+        if not self._waiters:
+            return
+        for condition, future in tuple(self._waiters):
             if future.done():
                 continue
             error: Exception | None
