@@ -45,7 +45,7 @@ def ramped_time(times_s: Array, stop_s: float) -> Array:
     times = np.asarray(times_s, dtype=float)
     if not times.size:
         return times.copy()
-    first, last = float(times.min()), float(times.max())
+    first, last = float(times[times.argmin()]), float(times[times.argmax()])
     if first >= RAMP_S and last <= stop_s:
         even: Array = times - (RAMP_S - 1.0)
         return even

@@ -272,6 +272,8 @@ class ControlLoop:
 
         The monitor says so, and that no controller is below the one that flies.
         """
+        if not watch.changes:
+            return ""
         alarmed = any(c.cause == "monitor" and not c.handed_over for c in watch.changes)
         turned_deg = math.degrees(abs(self._footing.turned_rad))
         if not alarmed or turned_deg < _TURNED_DEG or not watch.gauges.slew > 1.0:

@@ -77,7 +77,9 @@ class Timeline:
         if len(times) == 1:
             first = last = self._index(float(times[0]))
         else:
-            first, last = self._index(float(times.min())), self._index(float(times.max()))
+            # By their places, which is quicker than min() and max().
+            first = self._index(float(times[times.argmin()]))
+            last = self._index(float(times[times.argmax()]))
         if first == last:
             return self.segments[first].position(times - self.begins_s[first])
         which = np.clip(np.searchsorted(self.begins_s, times, side="right") - 1, 0, None)
