@@ -1,0 +1,229 @@
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.parquet as parquet
+import pytest
+
+from companion.campaign_command import CampaignRequest, run_campaign_file
+from companion.config.yaml_source import ConfigError
+from companion.experiments.campaign import CampaignInterruptedError
+from companion.experiments.campaigns import flying
+from companion.experiments.campaigns.folder import owned, read_results
+from companion.experiments.campaigns.results import JOURNAL, RESULTS
+from tests.companion.experiments.campaigns import stand_ins
+from tests.companion.experiments.campaigns.stand_ins import attempts
+
+SEEDS = """\
+name: seeds
+keep: figures
+sample: {method: grid}
+parameters:
+  seed: [1, 2, 3, 4, 5, 6]
+  wind: [calm]
+"""
+COLUMNS = [
+    *("point", "key", "engine", "param.seed", "param.wind", "outcome", "note"),
+    *("mean_error_m", "rms_error_m", "max_error_m", "reported_mean_error_m", "flown_s"),
+    *("scored_s", "fallbacks", "r_max_share", "wind_peak_m_s2", "tilt_slew_rms_g_s", "wall_s"),
+]
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "seeds.yaml"
+    path.write_text(SEEDS)
+    return str(path)
+
+
+@pytest.fixture
+def request_of(file, tmp_path):
+    def request(**options):
+        return CampaignRequest(**{"file": file, "jobs": 1, "out": tmp_path / "out"} | options)
+
+    return request
+
+
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / "out"
+
+
+def rows_of(folder):
+    return parquet.read_table(folder / RESULTS).to_pylist()
+
+
+def test_a_row_for_each_flight_in_the_order_of_the_plan(request_of, out, capsys):
+    assert run_campaign_file(request_of(json_output=True), stand_ins.figures)
+
+    rows = rows_of(out)
+    assert list(rows[0]) == COLUMNS
+    assert [(row["point"], row["param.seed"]) for row in rows] == [(k, k + 1.0) for k in range(6)]
+    assert rows[2]["mean_error_m"] == 0.003
+    assert math.isnan(rows[2]["reported_mean_error_m"])
+    said = json.loads(capsys.readouterr().out)
+    assert said["outcomes"] == {"tracked": 6}
+    manifest = json.loads((out / "campaign.json").read_text())
+    assert manifest["yaml"] == SEEDS
+    assert manifest["flights"] == 6
+    assert manifest["parameters"][1] == {
+        "name": "wind",
+        "kind": "choice",
+        "values": ["calm"],
+        "nominal": "calm",
+    }
+    assert not list(out.glob("flights/*"))
+
+
+def test_a_folder_with_results_is_left_alone_unless_it_is_to_be_gone_on_with(
+    request_of, out, file, capsys
+):
+    run_campaign_file(request_of(), stand_ins.figures)
+    before = (out / RESULTS).read_bytes()
+
+    with pytest.raises(ConfigError, match=r"holds 6 of 6 flights .* Go on with --resume"):
+        run_campaign_file(request_of(), stand_ins.figures)
+    run_campaign_file(request_of(resume=True), stand_ins.figures)
+    assert (out / RESULTS).read_bytes() == before
+
+    Path(file).write_text(SEEDS.replace("5, 6]", "5]"))
+    with pytest.raises(ConfigError, match="holds the flights of another plan"):
+        run_campaign_file(request_of(resume=True), stand_ins.figures)
+    assert [attempts(out, seed) for seed in range(1, 7)] == [1] * 6
+
+
+def test_a_crash_is_a_result_and_a_failure_is_flown_again(request_of, out, capsys):
+    assert not run_campaign_file(request_of(), stand_ins.fail_at_two)
+
+    rows = rows_of(out)
+    assert [row["outcome"] for row in rows[:4]] == ["tracked", "failed", "aborted", "tracked"]
+    assert rows[1]["note"] == "ValueError: out of luck"
+    assert math.isnan(rows[2]["mean_error_m"])
+    assert "--resume flies them again" in capsys.readouterr().out
+    assert run_campaign_file(request_of(resume=True), stand_ins.figures)
+    assert [attempts(out, seed) for seed in range(1, 7)] == [1, 2, 1, 1, 1, 1]
+    assert [row["outcome"] for row in rows_of(out)[:3]] == ["tracked", "tracked", "aborted"]
+
+
+@pytest.mark.parametrize("torn", ["", '{"point": 5, "key": "mpc-', "\x00\x00\x00", "[]\n"])
+def test_what_the_journal_has_whole_is_kept_and_what_is_torn_is_flown(request_of, out, torn):
+    run_campaign_file(request_of(), stand_ins.figures)
+    lines = (out / JOURNAL).read_text().splitlines(keepends=True)
+    (out / JOURNAL).write_text("".join(lines[:4]) + torn)
+    (out / RESULTS).unlink()
+    assert read_results(out)[1].num_rows == 4
+
+    run_campaign_file(request_of(resume=True), stand_ins.figures)
+
+    assert sorted(attempts(out, seed) for seed in range(1, 7)) == [1, 1, 1, 1, 2, 2]
+    assert len(rows_of(out)) == len(read_results(out)[1]) == 6
+
+
+def test_a_flights_file_is_enough_to_know_it_again(request_of, out, file):
+    Path(file).write_text(SEEDS.replace("keep: figures", "keep: flights"))
+    run_campaign_file(request_of(), stand_ins.keep)
+    before = rows_of(out)
+    (out / JOURNAL).unlink()
+
+    run_campaign_file(request_of(resume=True), stand_ins.keep)
+
+    assert len(list((out / "flights").glob("*.parquet"))) == 6
+    assert [attempts(out, seed) for seed in range(1, 7)] == [1] * 6
+    assert str(rows_of(out)) == str(before)  # NaN is not equal to itself
+
+
+def test_flights_of_other_code_are_flown_again_and_said(request_of, out, capsys):
+    run_campaign_file(request_of(), stand_ins.figures)
+    journal = (out / JOURNAL).read_text()
+    (out / JOURNAL).write_text(journal.replace("-s3-", "-s3-other"))
+
+    run_campaign_file(request_of(resume=True), stand_ins.figures)
+
+    assert "1 flights in" in capsys.readouterr().err
+    assert [attempts(out, seed) for seed in range(1, 7)] == [1, 1, 2, 1, 1, 1]
+    assert "other" not in (out / JOURNAL).read_text()
+
+
+def test_two_campaigns_do_not_write_to_one_folder(request_of, out):
+    with owned(out), pytest.raises(ConfigError, match="another campaign is writing to it"):
+        run_campaign_file(request_of(), stand_ins.figures)
+
+
+def test_an_interrupt_says_what_is_done_and_how_to_go_on(request_of, out, file, monkeypatch):
+    def interrupted(*given, on_flown, go_on, **_):
+        raise CampaignInterruptedError(f"interrupted. {go_on}")
+
+    monkeypatch.setattr(flying, "run_campaign", interrupted)
+
+    with pytest.raises(CampaignInterruptedError) as said:
+        run_campaign_file(request_of(), stand_ins.figures)
+
+    assert str(said.value).endswith(
+        f"Go on with: companion campaign {file} --jobs 1 --out {out} --resume"
+    )
+    assert rows_of(out) == []
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from companion.campaign_command import CampaignRequest, run_campaign_file
+from tests.companion.experiments.campaigns import stand_ins
+
+if __name__ == "__main__":
+    request = CampaignRequest(sys.argv[1], jobs=2, out=Path(sys.argv[2]))
+    run_campaign_file(request, stand_ins.hang_from_four_on)
+"""
+
+
+def test_killed_in_the_middle_a_worker_first_and_then_all_nothing_is_lost_or_flown_twice(
+    request_of, out, file, tmp_path
+):
+    script = tmp_path / "killed.py"
+    script.write_text(KILLED)
+    campaign = subprocess.Popen(
+        [sys.executable, script, file, out],
+        env=os.environ | {"PYTHONPATH": os.getcwd()},
+        start_new_session=True,
+    )
+    os.kill(_process_at(out, 4), signal.SIGKILL)
+    hanging = [_process_at(out, 5), _process_at(out, 6)]
+    _until(lambda: [attempts(out, seed) for seed in (1, 2, 3, 4)] == [1, 1, 1, 1])
+    os.killpg(campaign.pid, signal.SIGKILL)
+    campaign.wait()
+    _until(lambda: not any(map(_lives, hanging)))
+    done = read_results(out)[1].to_pydict()["param.seed"]
+
+    run_campaign_file(request_of(resume=True), stand_ins.figures)
+
+    assert done == [1.0, 2.0, 3.0]
+    assert [row["param.seed"] for row in rows_of(out)] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert [attempts(out, seed) for seed in range(1, 7)] == [1, 1, 1, 2, 2, 2]
+
+
+def _process_at(folder: Path, seed: int) -> int:
+    """The process that hangs at a seed."""
+    _until(lambda: list(folder.glob(f"pid-{seed}-*")))
+    (mark,) = folder.glob(f"pid-{seed}-*")
+    return int(mark.name.rpartition("-")[2])
+
+
+def _until(happened) -> None:
+    deadline = time.monotonic() + 60.0
+    while not happened():
+        if time.monotonic() > deadline:
+            pytest.fail("it did not happen")
+        time.sleep(0.02)
+
+
+def _lives(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
