@@ -88,7 +88,7 @@ def fly_campaign(
             keeper = _Keeper(plan, folder, journal, rows, display)
             try:
                 run_campaign(
-                    tasks,
+                    [task for _, task in by_key.values()],
                     folder,
                     order.jobs,
                     display,
@@ -164,12 +164,12 @@ class _Keeper:
 
 
 def _by_key(
-    flights: Sequence[PlannedFlight], tasks: Sequence[FlightTask]
+    flights: Sequence[PlannedFlight], tasks: Sequence[tuple[str, FlightTask]]
 ) -> dict[str, tuple[list[PlannedFlight], FlightTask]]:
     """The flights of the plan by key; those that are the same have one."""
     found: dict[str, tuple[list[PlannedFlight], FlightTask]] = {}
-    for flight, task in zip(flights, tasks, strict=True):
-        found.setdefault(task.key, ([], task))[0].append(flight)
+    for flight, (key, task) in zip(flights, tasks, strict=True):
+        found.setdefault(key, ([], task))[0].append(flight)
     return found
 
 

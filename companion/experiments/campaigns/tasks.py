@@ -65,24 +65,23 @@ def task_of(plan: Plan, flight: PlannedFlight, folder: Path) -> FlightTask:
     return replace(task, shim_vehicle=str(path))
 
 
-def checked_tasks(plan: Plan, folder: Path) -> list[FlightTask]:
-    """The tasks of all flights, each seen to be one that can be begun.
+def checked_tasks(plan: Plan, folder: Path) -> list[tuple[str, FlightTask]]:
+    """The tasks of all flights with their keys, each seen to be one that can be begun.
 
     Raises:
         ConfigError: one can't be flown; the text names the point and its values.
         OSError: a plant file can't be written.
     """
-    tasks = []
+    tasks: list[tuple[str, FlightTask]] = []
     for flight in plan.flights:
         try:
             task = task_of(plan, flight, folder)
-            _ = task.key  # reads and checks all of its files
+            tasks.append((task.key, task))  # the key needs all files read and checked
         except ConfigError as error:
             raise ConfigError(
                 f"{plan.path}: point {flight.point} ({described(flight.values)}) can't be flown: "
                 f"{error}"
             ) from error
-        tasks.append(task)
     return tasks
 
 
