@@ -7,9 +7,8 @@ drawn to 0 by a prior: without excitation nothing is learnt.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from companion.control.reference_model import Array
 
@@ -28,25 +27,25 @@ class LagSettings:
 
 @dataclass(frozen=True, slots=True)
 class LagMemory:
-    """Sums of the least squares, and slow means (2,) which are taken off first."""
+    """Sums of the least squares, and slow means which are taken off first."""
 
     information: float
     product: float
-    mean_error: Array
-    mean_rate: Array
+    mean_error: tuple[float, float]
+    mean_rate: tuple[float, float]
 
 
 def start() -> LagMemory:
     """Nothing learnt yet."""
-    return LagMemory(0.0, 0.0, np.zeros(2), np.zeros(2))
+    return LagMemory(0.0, 0.0, (0.0, 0.0), (0.0, 0.0))
 
 
 def step(
     settings: LagSettings,
     memory: LagMemory,
-    measured_m_s2: Array,
-    modelled_m_s2: Array,
-    modelled_rate_m_s3: Array,
+    measured_m_s2: Sequence[float] | Array,
+    modelled_m_s2: Sequence[float] | Array,
+    modelled_rate_m_s3: Sequence[float] | Array,
     dt_s: float,
 ) -> LagMemory:
     """Take a sample of both horizontal axes in.
@@ -60,16 +59,18 @@ def step(
         dt_s: since the sample before.
     """
     keep = math.exp(-dt_s / settings.forgetting_s)
-    error = measured_m_s2 - modelled_m_s2
-    mean_error = keep * memory.mean_error + (1.0 - keep) * error
-    mean_rate = keep * memory.mean_rate + (1.0 - keep) * modelled_rate_m_s3
-    e, rate = error - mean_error, modelled_rate_m_s3 - mean_rate
-    return LagMemory(
-        keep * memory.information + float(rate @ rate) * dt_s,
-        keep * memory.product - float(rate @ e) * dt_s,
-        mean_error,
-        mean_rate,
-    )
+    information, product = keep * memory.information, keep * memory.product
+    mean_error, mean_rate = [], []
+    for axis in range(2):
+        error = float(measured_m_s2[axis]) - float(modelled_m_s2[axis])
+        rate = float(modelled_rate_m_s3[axis])
+        mean_error.append(keep * memory.mean_error[axis] + (1.0 - keep) * error)
+        mean_rate.append(keep * memory.mean_rate[axis] + (1.0 - keep) * rate)
+        error, rate = error - mean_error[axis], rate - mean_rate[axis]
+        information += rate * rate * dt_s
+        product -= rate * error * dt_s
+    (ex, ey), (rx, ry) = mean_error, mean_rate
+    return LagMemory(information, product, (ex, ey), (rx, ry))
 
 
 def extra_lag_s(settings: LagSettings, memory: LagMemory) -> float:

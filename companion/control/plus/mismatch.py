@@ -9,11 +9,15 @@ little.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from companion.control.reference_model import Array
+
+Pair = tuple[float, float]
+"""Of the horizontal axes."""
 
 _GUST_S = 2.0
 """Time over which gusts are alike: variance to density."""
@@ -47,17 +51,24 @@ class Mismatch:
     heading_rad: float
     """ε."""
 
-    def pushes(self, acceleration: Array) -> Array:
-        """(2, …) what a reckoned acceleration, or its rate, is in truth."""
-        x, y = acceleration[0], acceleration[1]
+    def pushed(self, x: float, y: float) -> Pair:
+        """What a reckoned acceleration, or its rate, is in truth."""
         g, e = 1.0 + self.gain, self.heading_rad
-        return np.array([g * x - e * y, e * x + g * y])
+        return g * x - e * y, e * x + g * y
+
+    def asked(self, x: float, y: float) -> Pair:
+        """The inverse: what must be asked for to get an acceleration."""
+        g, e = 1.0 + self.gain, self.heading_rad
+        square = g * g + e * e
+        return (g * x + e * y) / square, (g * y - e * x) / square
+
+    def pushes(self, acceleration: Array) -> Array:
+        """`pushed` of (2, …)."""
+        return np.array(self.pushed(acceleration[0], acceleration[1]))
 
     def asks(self, acceleration: Array) -> Array:
-        """(2, …) the inverse: what must be asked for to get an acceleration."""
-        x, y = acceleration[0], acceleration[1]
-        g, e = 1.0 + self.gain, self.heading_rad
-        return np.array([g * x + e * y, -e * x + g * y]) / (g * g + e * e)
+        """`asked` of (2, …)."""
+        return np.array(self.asked(acceleration[0], acceleration[1]))
 
 
 NOTHING = Mismatch(0.0, 0.0, 0.0)
@@ -65,36 +76,40 @@ NOTHING = Mismatch(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class MismatchMemory:
-    """Sums of the least squares, and slow means."""
+    """Sums of the least squares, and slow means.  Plain floats: for two axes they are quicker.
 
-    information: Array
-    """(3, 3)."""
-    product: Array
-    """(3,)."""
-    mean_left: Array
-    """(2,) m/s²."""
-    mean_regressors: Array
-    """(2, 3)."""
-    mean_sigma: Array
-    """(2,) m/s²."""
+    A sample of the x axis has the regressors (-vx, ax, -ay), one of the y axis (-vy, ay, ax); so
+    the information matrix over both is ``[[i, j, k], [j, l, 0], [k, 0, l]]``.
+    """
+
+    information: tuple[float, float, float, float]
+    """(i, j, k, l)."""
+    product: tuple[float, float, float]
+    mean_left: Pair
+    """m/s²."""
+    mean_velocity: Pair
+    mean_acceleration: Pair
+    mean_sigma: Pair
+    """m/s²."""
     variance: float
     """Of σ̂ about its mean, (m/s²)²."""
 
 
 def start() -> MismatchMemory:
     """Nothing learnt yet."""
+    nothing = (0.0, 0.0)
     return MismatchMemory(
-        np.zeros((3, 3)), np.zeros(3), np.zeros(2), np.zeros((2, 3)), np.zeros(2), 0.0
+        (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), nothing, nothing, nothing, nothing, 0.0
     )
 
 
 def step(
     settings: MismatchSettings,
     memory: MismatchMemory,
-    left_m_s2: Array,
-    velocity_m_s: Array,
-    acceleration_m_s2: Array,
-    sigma_m_s2: Array,
+    left_m_s2: Sequence[float] | Array,
+    velocity_m_s: Sequence[float] | Array,
+    acceleration_m_s2: Sequence[float] | Array,
+    sigma_m_s2: Sequence[float] | Array,
     dt_s: float,
 ) -> MismatchMemory:
     """Take a sample of both horizontal axes in.
@@ -110,21 +125,37 @@ def step(
         dt_s: since the sample before.
     """
     keep = math.exp(-dt_s / settings.forgetting_s)
-    ax, ay = acceleration_m_s2
-    regressors = np.array([[-velocity_m_s[0], ax, -ay], [-velocity_m_s[1], ay, ax]])
-    mean_left = keep * memory.mean_left + (1.0 - keep) * left_m_s2
-    mean_regressors = keep * memory.mean_regressors + (1.0 - keep) * regressors
-    mean_sigma = keep * memory.mean_sigma + (1.0 - keep) * sigma_m_s2
-    gust = sigma_m_s2 - mean_sigma
-    r = regressors - mean_regressors
+    mean_left, (lx, ly) = _about_mean(memory.mean_left, left_m_s2, keep)
+    mean_velocity, (vx, vy) = _about_mean(memory.mean_velocity, velocity_m_s, keep)
+    mean_acceleration, (ax, ay) = _about_mean(memory.mean_acceleration, acceleration_m_s2, keep)
+    mean_sigma, (gust_x, gust_y) = _about_mean(memory.mean_sigma, sigma_m_s2, keep)
+    i, j, k, l_ = memory.information
+    of_drag, of_gain, of_heading = memory.product
     return MismatchMemory(
-        keep * memory.information + r.T @ r * dt_s,
-        keep * memory.product + r.T @ (left_m_s2 - mean_left) * dt_s,
+        (
+            keep * i + (vx * vx + vy * vy) * dt_s,
+            keep * j - (vx * ax + vy * ay) * dt_s,
+            keep * k + (vx * ay - vy * ax) * dt_s,
+            keep * l_ + (ax * ax + ay * ay) * dt_s,
+        ),
+        (
+            keep * of_drag - (vx * lx + vy * ly) * dt_s,
+            keep * of_gain + (ax * lx + ay * ly) * dt_s,
+            keep * of_heading + (ax * ly - ay * lx) * dt_s,
+        ),
         mean_left,
-        mean_regressors,
+        mean_velocity,
+        mean_acceleration,
         mean_sigma,
-        keep * memory.variance + (1.0 - keep) * 0.5 * float(gust @ gust),
+        keep * memory.variance + (1.0 - keep) * 0.5 * (gust_x * gust_x + gust_y * gust_y),
     )
+
+
+def _about_mean(mean: Pair, new: Sequence[float] | Array, keep: float) -> tuple[Pair, Pair]:
+    """The slow mean with a new value, and that value about it."""
+    x, y = float(new[0]), float(new[1])
+    mean_x, mean_y = keep * mean[0] + (1.0 - keep) * x, keep * mean[1] + (1.0 - keep) * y
+    return (mean_x, mean_y), (x - mean_x, y - mean_y)
 
 
 def learnt(
@@ -145,10 +176,15 @@ def learnt(
     """
     deviations = (settings.drag_1_s, settings.gain, settings.heading_rad)
     square = density**2 + memory.variance * _GUST_S
-    information = memory.information.copy()
-    for i, deviation in enumerate(deviations):
-        information[i, i] += square / deviation**2
-    likely = np.linalg.solve(information, memory.product).tolist()
+    i, j, k, l_ = memory.information
+    # With the prior on the diagonal; solved for κ first, which the other two know nothing else of.
+    drag, gain, heading = (square / deviation**2 for deviation in deviations)
+    gain, heading = l_ + gain, l_ + heading
+    of_drag, of_gain, of_heading = memory.product
+    kappa = (of_drag - j * of_gain / gain - k * of_heading / heading) / (
+        i + drag - j * j / gain - k * k / heading
+    )
+    likely = (kappa, (of_gain - j * kappa) / gain, (of_heading - k * kappa) / heading)
     old = (before.drag_1_s, before.gain, before.heading_rad)
     share = 1.0 - math.exp(-dt_s / settings.settling_s)
     found = []

@@ -77,6 +77,11 @@ class Planner:
         self.horizon = horizon
         self.limits = limits
         self._quadratic_drag_1_m = quadratic_drag_1_m
+        self._fine_s = horizon.step_s / _FINE
+        around = flatness.AROUND
+        steps = np.arange(-around, _FINE * horizon.steps + around + 1, dtype=np.float64)
+        self._times_s: Array = steps * self._fine_s
+        self._times_s.setflags(write=False)
         self._gains = [feedback(settings, plant.lagging(scale)) for scale in _SCALES]
         vertical = AxisPlan(settings, plant, 2, horizon, make_solver)
         self._plans: list[tuple[AxisPlan, AxisPlan, AxisPlan]] = []
@@ -96,20 +101,15 @@ class Planner:
 
     def preview_times_s(self) -> Array:
         """From the time at which the input acts, for `look`."""
-        n, around = self.horizon.steps, flatness.AROUND
-        steps = np.arange(-around, _FINE * n + around + 1, dtype=np.float64)
-        return steps * (self.horizon.step_s / _FINE)
+        return self._times_s
 
     def present_times_s(self) -> Array:
-        """The first of `preview_times_s`: as many as `flat` needs for the present."""
-        around = flatness.AROUND
-        steps = np.arange(-around, around + 1, dtype=np.float64)
-        return steps * (self.horizon.step_s / _FINE)
+        """The first of `preview_times_s`: as many as `flat_now` needs."""
+        return self._times_s[: 2 * flatness.AROUND + 1]
 
-    def flat(self, plant: NominalPlant, preview_m: Array, sigma: Array) -> tuple[Array, Array]:
-        """See `flatness.flat`, for a preview at times of this planner."""
-        fine = self.horizon.step_s / _FINE
-        return flatness.flat(plant, preview_m, fine, sigma, self._quadratic_drag_1_m)
+    def flat_now(self, plant: NominalPlant, present_m: Array, sigma: Array) -> tuple[Array, Array]:
+        """See `flatness.flat_at`, for positions at `present_times_s`."""
+        return flatness.flat_at(plant, present_m, self._fine_s, sigma, self._quadratic_drag_1_m)
 
     def look(
         self,
@@ -135,7 +135,9 @@ class Planner:
             status is `clipped_closed_form` when an axis could not be solved: there the feedback
             decides, and the limits after it clip.
         """
-        states, inputs = self.flat(plant, preview_m, sigma)
+        states, inputs = flatness.flat(
+            plant, preview_m, self._fine_s, sigma, self._quadratic_drag_1_m
+        )
         nearest = min(range(len(_PLANNED_SCALES)), key=lambda k: abs(_PLANNED_SCALES[k] - scale))
         plans = self._plans[nearest]
         flats = [

@@ -211,12 +211,14 @@ class PlusStack:
         desired = reference(np.concatenate([acts_s[0] + preview, acts_s[2] + preview, [now_s]]))
         preview_m = desired[:n].copy()
         preview_m[:, 2] = desired[n : 2 * n, 2]
-        states, inputs = planner.flat(plant, preview_m[: 2 * flatness.AROUND + 1], sigma)
+        desired_state, flat_input = planner.flat_now(
+            plant, preview_m[: 2 * flatness.AROUND + 1], sigma
+        )
         deviation = memory.deviation
         if deviation is None:
-            deviation = np.array(memory.acting[-1].u) - inputs[0]
+            deviation = np.array(memory.acting[-1].u) - flat_input
         start = np.empty((3, 5))
-        start[:, :4], start[:, 4] = x - states[0], deviation
+        start[:, :4], start[:, 4] = x - desired_state, deviation
         rate = planner.rate(start, scale)
         planned, outer = memory.planner, None
         if looks:
@@ -224,8 +226,8 @@ class PlusStack:
             planned = PlannerMemory(now_s + planner.horizon.step_s, rates)
         decided = np.array(planned.planned_rate)
         rate = np.where(np.isnan(decided), rate, decided)
-        u = inputs[0] + deviation + min(dt, _LONGEST_STEP_S) * rate
-        return u, inputs[0], x, desired[-1], planned, outer
+        u = flat_input + deviation + min(dt, _LONGEST_STEP_S) * rate
+        return u, flat_input, x, desired[-1], planned, outer
 
     def _pushes(self, sensed: Sensed) -> Array:
         """Acceleration (3,) over the delay beside that of tilt, thrust and identified drag."""
