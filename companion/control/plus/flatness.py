@@ -12,6 +12,7 @@ import numpy as np
 
 from companion.control.plus.nominal_plant import Actuation, NominalPlant
 from companion.control.reference_model import Array
+from companion.frames import Vector3
 
 _Value = TypeVar("_Value", float, Array)
 
@@ -76,8 +77,8 @@ def flat_at(
     step_s: float,
     sigma: Array,
     quadratic_drag_1_m: float,
-) -> tuple[Array, Array]:
-    """State (3, 4) and input (3,) at one time: `flat` for the five samples (5, 3) about it.
+) -> tuple[Array, Vector3]:
+    """State (3, 4) and input at one time: `flat` for the five samples (5, 3) about it.
 
     In plain floats, which for one time are several times quicker.
     """
@@ -90,7 +91,8 @@ def flat_at(
         a, rate, u = _steered(actuation, plant.linear_drag_1_s, drag, push, own)
         state.append((here[i], own[0], a, rate))
         inputs.append(u)
-    return np.array(state), np.array(inputs)
+    ux, uy, uz = inputs
+    return np.array(state), (ux, uy, uz)
 
 
 def _steered(

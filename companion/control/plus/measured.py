@@ -5,6 +5,7 @@ with F times the tangent of the tilt.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,7 +17,14 @@ _LEAST_COSINE = 0.2
 
 
 def tilt_acceleration(state: VehicleState, force_m_s2: float) -> Array:
-    """(2, 2) by horizontal axis: acceleration by the measured tilt, m/s², and its rate, m/s³.
+    """`tilt_motion` as an array (2, 2)."""
+    return np.array(tilt_motion(state, force_m_s2))
+
+
+def tilt_motion(
+    state: VehicleState, force_m_s2: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """By horizontal axis: acceleration by the measured tilt, m/s², and its rate, m/s³.
 
     Args:
         state: attitude and body rates.
@@ -27,12 +35,16 @@ def tilt_acceleration(state: VehicleState, force_m_s2: float) -> Array:
     turn_x, turn_y, _ = state.rate_flu_rad_s
     dx, dy, dz = rotate(q, (turn_y, -turn_x, 0.0))
     z = max(_LEAST_COSINE, z)
-    return force_m_s2 * np.array(
-        [[x / z, (dx * z - x * dz) / (z * z)], [y / z, (dy * z - y * dz) / (z * z)]]
+    per_z, per_square = force_m_s2 / z, force_m_s2 / (z * z)
+    return (
+        (per_z * x, per_square * (dx * z - x * dz)),
+        (per_z * y, per_square * (dy * z - y * dz)),
     )
 
 
-def thrust_direction(asked_m_s2: Array, force_m_s2: float) -> tuple[float, float, float]:
+def thrust_direction(
+    asked_m_s2: Sequence[float] | Array, force_m_s2: float
+) -> tuple[float, float, float]:
     """Unit vector (ENU) of the thrust that makes a horizontal acceleration (2,)."""
     x, y = float(asked_m_s2[0]), float(asked_m_s2[1])
     length = math.sqrt(x * x + y * y + force_m_s2 * force_m_s2)

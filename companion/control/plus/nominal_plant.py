@@ -12,6 +12,7 @@ response lies before u.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -23,6 +24,8 @@ from companion.control.reference_model import Array
 
 STATES = 4
 """Position m, velocity m/s, acceleration m/s², its rate m/s³."""
+
+AxisState = tuple[float, float, float, float]
 
 Interface = Literal["acceleration", "climb_rate"]
 
@@ -156,11 +159,22 @@ def carry(
         until_s: by axis; where it is not later than `from_s`, the state stays.
         acting: inputs in order of time; before the first one, that one acts.
     """
+    return np.array(carried(plant, state.tolist(), sigma.tolist(), from_s, until_s, acting))
+
+
+def carried(
+    plant: NominalPlant,
+    state: Sequence[Sequence[float]],
+    sigma: Sequence[float],
+    from_s: float,
+    until_s: tuple[float, float, float],
+    acting: tuple[Acting, ...],
+) -> list[AxisState]:
+    """`carry` in plain floats."""
     steps = _steps(plant)
-    carried = np.empty((3, STATES))
-    pushes = sigma.tolist()
-    for i, (p, v, a, rate) in enumerate(state.tolist()):
-        now_s, end_s, push = from_s, until_s[i], pushes[i]
+    found = []
+    for i, (p, v, a, rate) in enumerate(state):
+        now_s, end_s, push = from_s, until_s[i], sigma[i]
         for k, input_ in enumerate(acting):
             until = acting[k + 1].from_s[i] if k + 1 < len(acting) else math.inf
             span_us = 500 * round((min(until, end_s) - now_s) * 2e3)
@@ -180,5 +194,5 @@ def carry(
                 r1 * v + r2 * a + r3 * rate + r4 * u + r5 * push,
             )
             now_s += span_us * 1e-6
-        carried[i] = p, v, a, rate
-    return carried
+        found.append((p, v, a, rate))
+    return found

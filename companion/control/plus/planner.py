@@ -107,7 +107,9 @@ class Planner:
         """The first of `preview_times_s`: as many as `flat_now` needs."""
         return self._times_s[: 2 * flatness.AROUND + 1]
 
-    def flat_now(self, plant: NominalPlant, present_m: Array, sigma: Array) -> tuple[Array, Array]:
+    def flat_now(
+        self, plant: NominalPlant, present_m: Array, sigma: Array
+    ) -> tuple[Array, Vector3]:
         """See `flatness.flat_at`, for positions at `present_times_s`."""
         return flatness.flat_at(plant, present_m, self._fine_s, sigma, self._quadratic_drag_1_m)
 

@@ -14,6 +14,7 @@ interval between two samples is right, and tells how large ỹ may be.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,11 +75,11 @@ def start(
 def step(
     noise: PredictorNoise,
     memory: PredictorMemory,
-    drag_1_s: Array,
-    sigma_bound: Array,
-    known_m_s2: Array,
-    position_m: Array,
-    velocity_m_s: Array,
+    drag_1_s: Sequence[float] | Array,
+    sigma_bound: Sequence[float] | Array,
+    known_m_s2: Sequence[float] | Array,
+    position_m: Sequence[float] | Array,
+    velocity_m_s: Sequence[float] | Array,
     dt_s: float,
 ) -> tuple[PredictorMemory, PredictorRecord]:
     """Advance by one sample.
@@ -93,8 +94,8 @@ def step(
         velocity_m_s: (3,) measured.
         dt_s: since the sample before, s.
     """
-    known, drag, bounds = known_m_s2.tolist(), drag_1_s.tolist(), sigma_bound.tolist()
-    positions, velocities = position_m.tolist(), velocity_m_s.tolist()
+    known, drag, bounds = _floats(known_m_s2), _floats(drag_1_s), _floats(sigma_bound)
+    positions, velocities = _floats(position_m), _floats(velocity_m_s)
     estimate, covariance = [], []
     y_tilde, deviation, projecting = [], [], False
     for i, (x, cov) in enumerate(
@@ -130,6 +131,13 @@ def step(
         PredictorMemory(np.array(estimate), np.array(covariance)),
         PredictorRecord(np.array(y_tilde), np.array(deviation), projecting),
     )
+
+
+def _floats(values: Sequence[float] | Array) -> Sequence[float]:
+    if isinstance(values, np.ndarray):
+        plain: list[float] = values.tolist()
+        return plain
+    return values
 
 
 def _predict(

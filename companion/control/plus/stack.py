@@ -24,7 +24,8 @@ from companion.control.attitude import AttitudeGains
 from companion.control.frameworks import Command, Limits, Reference, StackRecord, Tick
 from companion.control.interfaces import AdaptationMean, InnerRecord, OuterRecord
 from companion.control.plus import flatness, lag, measured, sensing
-from companion.control.plus.nominal_plant import Acting, carry
+from companion.control.plus.mismatch import Pair
+from companion.control.plus.nominal_plant import Acting, AxisState, carried
 from companion.control.plus.planner import Planner, PlannerMemory
 from companion.control.plus.sensing import LEAST_VERTICAL_M_S2, Sensed
 from companion.control.plus.settings import PlusSettings
@@ -39,6 +40,8 @@ _CARRY_SCALE_STEP = 0.1
 _LONGEST_STEP_S = 0.03
 """A rate is not applied for longer, however long the samples have not come."""
 _Y_TILDE_DEVIATIONS = 4.0
+_NOT_KNOWN = np.full(3, math.nan)
+_NOT_KNOWN.setflags(write=False)
 _TILT_UNIT = np.array([GRAVITY_M_S2, GRAVITY_M_S2, 1.0])
 """Of accelerations, in the unit of u: sines of the tilt, and what the vertical input is."""
 
@@ -49,12 +52,12 @@ class PlusMemory:
 
     sample_s: float
     sensed: Sensed
-    deviation: Array | None
-    """(3,) w = u - u* of the last input; None before the first one of its own."""
+    deviation: Vector3 | None
+    """w = u - u* of the last input; None before the first one of its own."""
     acting: tuple[Acting, ...]
     """Inputs that act, or are on their way."""
-    tangent: Array
-    """(2,) of the commanded tilt, by horizontal axis."""
+    tangent: Pair
+    """Of the commanded tilt, by horizontal axis."""
     planner: PlannerMemory
     thrust: Any
     yaw_rad: float
@@ -100,7 +103,7 @@ class PlusStack:
         force = GRAVITY_M_S2 * s.plant.tilt_gain
         climb = state.velocity_enu_m_s[2]
         vertical = climb if s.plant.vertical.interface == "climb_rate" else 0.0
-        u = np.array([*sensed.tilted.tolist(), vertical])
+        u = np.array([*sensed.tilted, vertical])
         if applied_u is not None:
             sines = applied_u[:2]
             cosine = math.sqrt(max(0.1, 1.0 - float(sines @ sines)))
@@ -111,7 +114,7 @@ class PlusStack:
             sensed=sensed,
             deviation=None,
             acting=(Acting((state.time_s,) * 3, _triple(u)),),
-            tangent=u[:2] / force,
+            tangent=(float(u[0]) / force, float(u[1]) / force),
             planner=PlannerMemory(state.time_s, (math.nan,) * 3),
             thrust=self.thrust.start(climb, thrust_memory),
             yaw_rad=yaw_of(state.attitude_flu_to_enu),
@@ -141,7 +144,7 @@ class PlusStack:
         u, flat_input, x, desired, planner, outer = self._plan(
             memory, sensed, now_s, acts_s, dt, reference
         )
-        if not math.isfinite(float(u.sum()) + tick.desired_yaw_rad):
+        if not math.isfinite(sum(u) + tick.desired_yaw_rad):
             raise ValueError(f"not finite: u {u}, yaw {tick.desired_yaw_rad}")
         yaw_command = yaw.step(
             self.yaw, memory.yaw_rad, tick.desired_yaw_rad, yaw_of(state.attitude_flu_to_enu), dt
@@ -151,26 +154,25 @@ class PlusStack:
         advanced = PlusMemory(
             sample_s=now_s,
             sensed=sensed,
-            deviation=applied - flat_input,
-            acting=(*_still_acting(memory.acting, now_s), Acting(acts_s, _triple(applied))),
+            deviation=_minus(applied, flat_input),
+            acting=(*_still_acting(memory.acting, now_s), Acting(acts_s, applied)),
             tangent=tangent,
             planner=planner,
             thrust=thrust,
             yaw_rad=yaw_command,
         )
-        bound = np.array(s.sigma_bound_m_s2)
         u_record = np.array([direction[0], direction[1], applied[2]])
-        wanted = np.array([*(u[:2] / GRAVITY_M_S2), u[2]])
+        cut = max(abs(got - asked) for got, asked in zip(applied, u, strict=True)) >= 1e-9
         record = StackRecord(
             r2_m=desired,
             inner=InnerRecord(
-                u=np.where(np.abs(applied - u) < 1e-9, u_record, wanted),
-                r1_m_s=np.full(3, math.nan),
+                u=_wanted(u, applied, u_record) if cut else u_record,
+                r1_m_s=_NOT_KNOWN,
                 y_tilde_m_s=predicted.y_tilde_m_s,
                 sigma_hat=sensed.predictor.estimate[:, 2] / _TILT_UNIT,
                 projecting=predicted.projecting,
                 y_tilde_bound_m_s=_Y_TILDE_DEVIATIONS * predicted.y_tilde_deviation_m_s,
-                sigma_bound=bound / _TILT_UNIT,
+                sigma_bound=np.array(s.sigma_bound_m_s2) / _TILT_UNIT,
             ),
             applied_u=u_record,
             roll_rad=roll,
@@ -189,8 +191,8 @@ class PlusStack:
         acts_s: Vector3,
         dt: float,
         reference: Reference,
-    ) -> tuple[Array, Array, Array, Array, PlannerMemory, OuterRecord | None]:
-        """The input u (3,), u* (3,), the state (3, 4) when they act, and what is desired now (3,).
+    ) -> tuple[Vector3, Vector3, list[AxisState], Array, PlannerMemory, OuterRecord | None]:
+        """The inputs u and u*, the states of the axes when they act, what is desired now (3,).
 
         And the planner's memory and record.
         """
@@ -200,15 +202,23 @@ class PlusStack:
         plant = replace(s.plant.lagging(scale), linear_drag_1_s=drag)
         # Over the delay a plant of the nearest round lag will do; its matrices are kept.
         coarse = s.plant.lagging(round(scale / _CARRY_SCALE_STEP) * _CARRY_SCALE_STEP)
-        x = np.empty((3, 4))
-        x[:, :2], x[:, 2:] = sensed.predictor.estimate[:, :2], sensed.actuation
-        sigma = sensed.sigma_low_passed
-        x = carry(coarse, x, self._pushes(sensed), now_s, acts_s, memory.acting)
+        seen = [
+            (p, v, a, rate)
+            for (p, v, _), (a, rate) in zip(
+                sensed.predictor.estimate.tolist(), sensed.actuation, strict=True
+            )
+        ]
+        sigma = np.array(sensed.sigma_low_passed)
+        x = carried(coarse, seen, self._pushes(sensed), now_s, acts_s, memory.acting)
 
         looks = now_s >= memory.planner.due_s - 1e-6
         preview = planner.preview_times_s() if looks else planner.present_times_s()
         n = len(preview)
-        desired = reference(np.concatenate([acts_s[0] + preview, acts_s[2] + preview, [now_s]]))
+        times = np.empty(2 * n + 1)
+        np.add(preview, acts_s[0], out=times[:n])
+        np.add(preview, acts_s[2], out=times[n:-1])
+        times[-1] = now_s
+        desired = reference(times)
         preview_m = desired[:n].copy()
         preview_m[:, 2] = desired[n : 2 * n, 2]
         desired_state, flat_input = planner.flat_now(
@@ -216,7 +226,7 @@ class PlusStack:
         )
         deviation = memory.deviation
         if deviation is None:
-            deviation = np.array(memory.acting[-1].u) - flat_input
+            deviation = _minus(memory.acting[-1].u, flat_input)
         start = np.empty((3, 5))
         start[:, :4], start[:, 4] = x - desired_state, deviation
         rate = planner.rate(start, scale)
@@ -224,58 +234,81 @@ class PlusStack:
         if looks:
             rates, outer = planner.look(start, plant, scale, sigma, preview_m, self.anchor_enu_m)
             planned = PlannerMemory(now_s + planner.horizon.step_s, rates)
-        decided = np.array(planned.planned_rate)
-        rate = np.where(np.isnan(decided), rate, decided)
-        u = flat_input + deviation + min(dt, _LONGEST_STEP_S) * rate
+        step_s = min(dt, _LONGEST_STEP_S)
+        decided = [
+            by_feedback if math.isnan(by_plan) else by_plan
+            for by_feedback, by_plan in zip(rate.tolist(), planned.planned_rate, strict=True)
+        ]
+        (ux, uy, uz), (wx, wy, wz), (rx, ry, rz) = flat_input, deviation, decided
+        u = (ux + wx + step_s * rx, uy + wy + step_s * ry, uz + wz + step_s * rz)
         return u, flat_input, x, desired[-1], planned, outer
 
-    def _pushes(self, sensed: Sensed) -> Array:
-        """Acceleration (3,) over the delay beside that of tilt, thrust and identified drag."""
-        s, velocity = self.settings, sensed.velocity
-        drag = s.quadratic_drag_1_m * math.sqrt(float(velocity @ velocity)) + sensed.learnt.drag_1_s
-        drags = [drag if axis.interface == "acceleration" else 0.0 for axis in s.plant.axes]
-        pushes: Array = sensed.sigma_low_passed - np.array(drags) * velocity
-        return pushes
+    def _pushes(self, sensed: Sensed) -> list[float]:
+        """Acceleration over the delay beside that of tilt, thrust and identified drag, by axis."""
+        s, (vx, vy, vz) = self.settings, sensed.velocity
+        speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+        drag = s.quadratic_drag_1_m * speed + sensed.learnt.drag_1_s
+        return [
+            sigma - drag * v if axis.interface == "acceleration" else sigma
+            for sigma, v, axis in zip(
+                sensed.sigma_low_passed, sensed.velocity, s.plant.axes, strict=True
+            )
+        ]
 
     def _limit(
         self,
         memory: PlusMemory,
         sensed: Sensed,
         state: VehicleState,
-        u: Array,
-        x: Array,
+        u: Vector3,
+        x: list[AxisState],
         dt: float,
-    ) -> tuple[Array, Array, Vector3, Any, float]:
-        """What the limits leave of u (3,), the tilt's tangent, its direction, and the thrust."""
+    ) -> tuple[Vector3, Pair, Vector3, Any, float]:
+        """What the limits leave of u, the tilt's tangent, its direction, and the thrust."""
         s = self.settings
-        force = max(LEAST_VERTICAL_M_S2, GRAVITY_M_S2 + float(x[2, 2])) * s.plant.tilt_gain
-        applied = u.copy()
-        asked = sensed.learnt.asks(applied[:2])
-        tangent = asked / force
-        change = tangent - memory.tangent
-        length, most = math.hypot(change[0], change[1]), s.tilt_rate_limit_rad_s * dt
+        force = max(LEAST_VERTICAL_M_S2, GRAVITY_M_S2 + x[2][2]) * s.plant.tilt_gain
+        applied_x, applied_y, wanted = u
+        asked = sensed.learnt.asked(applied_x, applied_y)
+        was_x, was_y = memory.tangent
+        tangent_x, tangent_y = asked[0] / force, asked[1] / force
+        length = math.hypot(tangent_x - was_x, tangent_y - was_y)
+        most = s.tilt_rate_limit_rad_s * dt
         limited = length > most
         if limited:
-            tangent = memory.tangent + change * (most / length)
-        length, most = math.hypot(tangent[0], tangent[1]), math.tan(self.limits.tilt_rad)
+            share = most / length
+            tangent_x = was_x + share * (tangent_x - was_x)
+            tangent_y = was_y + share * (tangent_y - was_y)
+        length, most = math.hypot(tangent_x, tangent_y), math.tan(self.limits.tilt_rad)
         if length > most:
-            tangent, limited = tangent * (most / length), True
+            share, limited = most / length, True
+            tangent_x, tangent_y = share * tangent_x, share * tangent_y
         if limited:
-            asked = tangent * force
-            applied[:2] = sensed.learnt.pushes(asked)
-        applied[2] = max(s.vertical_limit[0], min(s.vertical_limit[1], float(u[2])))
+            asked = (tangent_x * force, tangent_y * force)
+            applied_x, applied_y = sensed.learnt.pushed(*asked)
+        wanted = max(s.vertical_limit[0], min(s.vertical_limit[1], wanted))
         climb = state.velocity_enu_m_s[2]
-        wanted = float(applied[2])
         if s.plant.vertical.interface == "climb_rate":
             cosine = tilt_cosine(state.attitude_flu_to_enu)
             thrust, field = self.thrust.step(memory.thrust, wanted, climb, cosine, dt)
         else:
             law: AccelerationLaw = self.thrust  # type: ignore[assignment]
-            then = math.hypot(float(x[0, 2]), float(x[1, 2])) / force
+            then = math.hypot(x[0][2], x[1][2]) / force
             cosine = 1.0 / math.sqrt(1.0 + then * then)
             thrust, field, left = law.accelerate(memory.thrust, wanted, climb, cosine, dt)
-            applied[2] = left
-        return applied, tangent, measured.thrust_direction(asked, force), thrust, field
+            wanted = left
+        direction = measured.thrust_direction(asked, force)
+        return (applied_x, applied_y, wanted), (tangent_x, tangent_y), direction, thrust, field
+
+
+def _wanted(u: Vector3, applied: Vector3, applied_u: Array) -> Array:
+    """The u (3,) of the record: what was wanted on the axes that the limits have cut."""
+    wanted = (u[0] / GRAVITY_M_S2, u[1] / GRAVITY_M_S2, u[2])
+    kept = [abs(got - asked) < 1e-9 for got, asked in zip(applied, u, strict=True)]
+    return np.where(kept, applied_u, wanted)
+
+
+def _minus(a: Vector3, b: Vector3) -> Vector3:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 def _triple(values: Array) -> Vector3:
