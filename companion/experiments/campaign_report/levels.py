@@ -1,0 +1,112 @@
+"""A parameter cut into levels: its choices, its few numbers, or bins of equally many flights."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from companion.experiments.campaign_report.read import Flights, Parameter
+from companion.experiments.campaign_report.sensitivity import Codes
+from companion.report.flight_data import Array
+
+_AS_THEY_ARE = 12
+"""So many different numbers are levels of their own."""
+_LEAST_BINS, _MOST_BINS = 4, 16
+_WIDE = 50.0
+"""Times the lowest number: beyond, as over a logarithmic range, each has digits of its own."""
+SEED = "seed"
+
+
+@dataclass(frozen=True, slots=True)
+class Levels:
+    """Of one parameter."""
+
+    parameter: Parameter
+    codes: Codes
+    """Of each flight."""
+    labels: tuple[str, ...]
+    """Of each level, with the unit, for a person."""
+    edges: tuple[float, ...] | None = None
+    """Ends of the bins, one more than there are; None where levels are values."""
+    values: tuple[float, ...] | None = None
+    """Of a number's levels that are no bins."""
+
+    @property
+    def count(self) -> int:
+        """How many."""
+        return len(self.labels)
+
+
+def bin_count(independent: int) -> int:
+    """How many bins that many independent flights bear: with the square root, within bounds."""
+    return int(min(_MOST_BINS, max(_LEAST_BINS, round(math.sqrt(independent) / 2.0))))
+
+
+def levels(parameter: Parameter, flights: Flights, bins: int) -> Levels:
+    """Cut a parameter; levels that no flight has are left out.
+
+    Args:
+        parameter: number or choice.
+        flights: whose values are cut.
+        bins: how many, where it must be binned.
+    """
+    values = flights.values[parameter.name]
+    if parameter.kind == "choice" or parameter.name == SEED:
+        return _choices(parameter, values)
+    distinct, codes = np.unique(values, return_inverse=True)
+    if len(distinct) <= _AS_THEY_ARE:
+        labels = tuple(number(value, parameter.unit) for value in distinct.tolist())
+        return Levels(parameter, codes, labels, values=tuple(distinct.tolist()))
+    edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))
+    codes = np.searchsorted(edges[1:-1], values, side="right")
+    used, codes = np.unique(codes, return_inverse=True)
+    low = edges[0] if parameter.low is None else min(parameter.low, edges[0])
+    high = edges[-1] if parameter.high is None else max(parameter.high, edges[-1])
+    ends = (float(low), *(float(edges[k]) for k in used[1:]), float(high))
+    told = plain_numbers(ends)
+    unit = f"\u00a0{parameter.unit}" if parameter.unit else ""
+    labels = tuple(f"{one} … {other}{unit}" for one, other in pairwise(told))
+    return Levels(parameter, codes, labels, edges=ends)
+
+
+def plain_numbers(values: Sequence[float]) -> list[str]:
+    """Numbers along an axis with as many digits as tell them apart."""
+    low, high = min(values), max(values)
+    if not high > low or (low > 0.0 and high > _WIDE * low):
+        return [_plain(value) for value in values]
+    decimals = max(0, math.ceil(1.5 - math.log10(high - low)))
+    return [f"{value:.{decimals}f}".replace("-", "−") for value in values]
+
+
+def clusters(parameters: tuple[Parameter, ...], flights: Flights) -> Codes:
+    """Which flights belong together: those with the same numbers where some are from a range.
+
+    A campaign that crosses its sample with controllers or seeds flies each point several times.
+    """
+    ranges = [p for p in parameters if p.kind == "number" and p.name != SEED]
+    sampled = [p for p in ranges if len(np.unique(flights.values[p.name])) > _AS_THEY_ARE]
+    if not sampled:
+        return np.arange(len(flights.point))
+    rows = np.stack([np.asarray(flights.values[p.name], dtype=float) for p in ranges], axis=1)
+    found: Codes = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
+    return found
+
+
+def number(value: float, unit: str | None) -> str:
+    """A value with its unit, for a person."""
+    return _plain(value) + (f"\u00a0{unit}" if unit else "")
+
+
+def _plain(value: float) -> str:
+    return f"{value:.3g}".replace("-", "−") if abs(value) < 1e5 else f"{value:g}"
+
+
+def _choices(parameter: Parameter, values: Array) -> Levels:
+    told = [number(v, None) if isinstance(v, float) else str(v) for v in values.tolist()]
+    given = [number(v, None) if isinstance(v, float) else str(v) for v in parameter.values or ()]
+    order = [name for name in dict.fromkeys(given) if name in set(told)]
+    order += sorted(set(told) - set(order))
+    place = {name: k for k, name in enumerate(order)}
+    return Levels(parameter, np.array([place[name] for name in told], dtype=np.intp), tuple(order))

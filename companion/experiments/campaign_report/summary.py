@@ -1,0 +1,203 @@
+"""The report's first words: did it track, where does it break, what hurts most."""
+
+import math
+from dataclasses import dataclass
+
+from companion.experiments.campaign_report.influence import (
+    ALL,
+    CONTROLLER,
+    Influence,
+    Sensitivity,
+)
+from companion.experiments.campaign_report.levels import Levels, bin_count, levels
+from companion.experiments.campaign_report.read import Campaign, Flights
+from companion.experiments.campaign_report.statistics import (
+    Proportion,
+    proportion,
+)
+from companion.experiments.campaign_report.tables import Group
+from companion.experiments.pages.style import name_of, percent
+
+_MM = 1e3
+_LEAST_IN_A_PLACE = 5
+_PLACES = 8
+"""Bins of a number, where losses are looked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """Sentences for a person."""
+
+    state: str
+    """How much of the plan there is; empty where it is all there."""
+    tracked: tuple[str, ...]
+    breaks: tuple[str, ...]
+    hurts: tuple[str, ...]
+
+
+def summarise(campaign: Campaign, groups: tuple[Group, ...], found: Sensitivity) -> Summary:
+    """Answer the three questions."""
+    return Summary(
+        state=_state(campaign),
+        tracked=_tracked(campaign, groups),
+        breaks=_breaks(campaign),
+        hurts=_hurts(campaign, found),
+    )
+
+
+def _state(campaign: Campaign) -> str:
+    said = []
+    planned = campaign.manifest.flights
+    if campaign.missing:
+        said.append(
+            f"Not finished: {planned - campaign.missing} of {planned} flights have ended. What is "
+            "missing is not a random choice of the plan, so shares and sensitivity may change."
+        )
+    if len(campaign.unflown):
+        count = len(campaign.unflown)
+        said.append(
+            f"{count} {'flight' if count == 1 else 'flights'} could not be flown by the program "
+            "at all and count nowhere; they are listed below."
+        )
+    return " ".join(said)
+
+
+def _tracked(campaign: Campaign, groups: tuple[Group, ...]) -> tuple[str, ...]:
+    if not len(campaign.flights):
+        return ("No flight could be flown.",)
+    whole = [group for group in groups if not group.by]
+    by_controller = [group for group in groups if group.by == (CONTROLLER,)]
+    return tuple(_tracked_sentence(campaign, group) for group in by_controller or whole)
+
+
+def _tracked_sentence(campaign: Campaign, group: Group) -> str:
+    name = group.values[0] if group.values else _controller(campaign)
+    kept = proportion(group.flights - group.lost.count, group.flights)
+    text = (
+        f"{name_of(name)}: {kept.count} of {kept.of} flights tracked to the end, {share_text(kept)}"
+    )
+    error = group.mean_error
+    if not kept.count:
+        return text + "."
+    return (
+        f"{text}; mean error {mm(error.median)} in the median flight, {mm(error.worst_tracked)} in "
+        "the worst that tracked."
+    )
+
+
+def _controller(campaign: Campaign) -> str:
+    base = campaign.manifest.said.get("base")
+    given = campaign.flights.values.get(CONTROLLER)
+    if given is not None and len(given):
+        return str(given[0])
+    return str(base.get(CONTROLLER, "all")) if isinstance(base, dict) else "all"
+
+
+def _breaks(campaign: Campaign) -> tuple[str, ...]:
+    flights = campaign.flights
+    lost = int(flights.lost.sum())
+    if not len(flights):
+        return ()
+    overall = proportion(lost, len(flights))
+    if not lost:
+        none = f"Nothing broke: none of {overall.of} flights was lost, "
+        return (none + f"so the true share is at most {percent(overall.high)} (at 95 %).",)
+    found = [f"{lost} of {overall.of} flights were lost, {share_text(overall)}."]
+    for name, some in _by_controller(campaign):
+        if some.lost.any():
+            found.append(_lost_sentence(campaign, name, some))
+    return tuple(found)
+
+
+def _by_controller(campaign: Campaign) -> list[tuple[str, Flights]]:
+    flights = campaign.flights
+    if campaign.parameter(CONTROLLER) is None:
+        return [("", flights)]
+    names = flights.values[CONTROLLER]
+    return [(name, flights.take(names == name)) for name in dict.fromkeys(names.tolist())]
+
+
+def _lost_sentence(campaign: Campaign, name: str, flights: Flights) -> str:
+    lost = int(flights.lost.sum())
+    head = f"{name_of(name)}: {lost} of {len(flights)} lost, " if name else "Of these "
+    place = _most_lost(campaign, flights)
+    if place is None:
+        return f"{head}no more in one part of the plan than in another."
+    cut, level, share = place
+    return (
+        f"{head}{share.count} of {share.of} at {cut.parameter.name} {cut.labels[level]} "
+        f"({_points(share.low)} … {_points(share.high)} %), {lost - share.count} of "
+        f"{len(flights) - share.of} elsewhere."
+    )
+
+
+def _most_lost(campaign: Campaign, flights: Flights) -> tuple[Levels, int, Proportion] | None:
+    """The level whose share of losses is highest for sure: by the lower end of its interval."""
+    best: tuple[Levels, int, Proportion] | None = None
+    for parameter in campaign.parameters:
+        cut = levels(parameter, flights, min(_PLACES, bin_count(len(flights))))
+        for level in range(cut.count):
+            which = cut.codes == level
+            share = proportion(int(flights.lost[which].sum()), int(which.sum()))
+            if share.of >= _LEAST_IN_A_PLACE and (best is None or share.low > best[2].low):
+                best = cut, level, share
+    overall = float(flights.lost.mean())
+    return best if best is not None and best[2].low > overall else None
+
+
+def _hurts(campaign: Campaign, found: Sensitivity) -> tuple[str, ...]:
+    said = []
+    for group in found.groups:
+        seen = [one for one in found.of(group, "error") if one.seen]
+        known = found.of(group, "error")
+        head = "Over all flights" if group == ALL else f"{name_of(group)}"
+        if not known:
+            continue
+        if not seen:
+            said.append(f"{head}: no parameter is told from chance.")
+            continue
+        said.append(f"{head}: {_ranking(seen)}.")
+    return tuple(said) or ("Too few flights to tell which parameter hurts most.",)
+
+
+def _ranking(seen: list[Influence]) -> str:
+    first, *rest = seen
+    text = (
+        f"{first.parameter} hurts most, {index_text(first)} of the variance of the error's rank; "
+        f"median error {mm(first.best_value)} at {first.best}, {mm(first.worst_value)} at "
+        f"{first.worst}"
+    )
+    if rest:
+        text += "; then " + ", ".join(f"{one.parameter} {index_text(one)}" for one in rest[:3])
+    return text
+
+
+def index_text(one: Influence) -> str:
+    """A share of the variance with its interval."""
+    share = one.share
+    if math.isnan(share.value):
+        return "–"
+    text = f"{share.value:.2f}"
+    return text if math.isnan(share.low) else f"{text} ({share.low:.2f} … {share.high:.2f})"
+
+
+def share_text(share: Proportion) -> str:
+    """A share with its interval, in per cent."""
+    if not share.of:
+        return "–"
+    return f"{_points(share.share)} % ({_points(share.low)} … {_points(share.high)} %)"
+
+
+def mm(value_m: float, unit: str = " mm") -> str:
+    """A length for a person; an infinite one is a lost flight's."""
+    if math.isnan(value_m):
+        return "–"
+    if math.isinf(value_m):
+        return "lost"
+    value = value_m * _MM
+    return f"{value:.1f}{unit}" if value < 99.95 else f"{value:.0f}{unit}"
+
+
+def _points(share: float) -> str:
+    value = 100.0 * share
+    return f"{value:.0f}" if value in (0.0, 100.0) or 9.95 <= value <= 90.0 else f"{value:.1f}"
