@@ -95,7 +95,7 @@ def _run(asked: argparse.Namespace) -> Report:
         f"over 2 processes {per_minute['two']:6.1f} flights a minute: {gain:.3f} times as many",
         f"a plain load gains {plain_gain:.3f}",
         f"share of it: {figures['of_plain']:.3f} (goal: at least {_GOAL}; by round {by_round})",
-        f"around a flight: {overhead['one']:.0f} ms of one process, {overhead['two']:.0f} ms of two",
+        f"ms around a flight: {overhead['one']:.0f} of one process, {overhead['two']:.0f} of two",
     ]
 
 

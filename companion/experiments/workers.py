@@ -28,7 +28,7 @@ _THREAD_LIMITS = (
     "VECLIB_MAXIMUM_THREADS",
     "NUMEXPR_NUM_THREADS",
 )
-_PRELOADED = "companion.experiments.fly_task"
+_PRELOADED = "companion.experiments.preloaded"
 _ATTEMPTS = 3
 _DIED = f"its process died {_ATTEMPTS} times (killed, or out of memory?)"
 

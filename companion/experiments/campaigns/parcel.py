@@ -5,7 +5,6 @@ configuration travels as it was read, and scenario, plant, faults, sensors and t
 text of their files.  What stays is the program: it must be the same, which its digest says.
 """
 
-import importlib.util
 import sys
 import tempfile
 from dataclasses import dataclass, replace
@@ -56,13 +55,15 @@ Flown = tuple[Summary, bytes | None]
 
 
 def program() -> tuple[tuple[str, str], ...]:
-    """What decides a flight's figures to the last digit, beside its files."""
+    """What decides a flight's figures to the last digit, beside its files.
+
+    Compiled code is not among it: it gives the same bits.
+    """
     return (
         ("companion", version()),
         ("code", code_digest()[:12]),
         ("python", f"{sys.version_info.major}.{sys.version_info.minor}"),
-        *sorted(libraries().items()),
-        ("compiled", str(importlib.util.find_spec("numba") is not None)),
+        *((name, found) for name, found in libraries().items() if name != "numba"),
     )
 
 
