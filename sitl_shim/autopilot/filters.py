@@ -28,13 +28,22 @@ class SecondOrderLowPass:
             self._a1 = 2.0 * (ohm * ohm - 1.0) / scale
             self._a2 = (1.0 - 2.0 * math.cos(math.pi / 4.0) * ohm + ohm * ohm) / scale
 
+    @property
+    def coefficients(self) -> tuple[float, float, float, float, float, float]:
+        """1 if it filters or 0, b0, b1, b2, a1, a2."""
+        return (float(self._on), self._b0, self._b1, self._b2, self._a1, self._a2)
+
+    def settled_on(self, value: float) -> float:
+        """Both of its memories where it has always been given this value."""
+        return value / (1.0 + self._a1 + self._a2)
+
     def step(self, value: float) -> float:
         """Take one sample and return the filtered value; starts settled on the first."""
         if not self._on:
             return value
         if not self._started:
             self._started = True
-            self._w1 = self._w2 = value / (1.0 + self._a1 + self._a2)
+            self._w1 = self._w2 = self.settled_on(value)
         w0 = value - self._a1 * self._w1 - self._a2 * self._w2
         result = self._b0 * w0 + self._b1 * self._w1 + self._b2 * self._w2
         self._w2 = self._w1

@@ -20,6 +20,7 @@ from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
 from sitl_shim.mavlink.personality import personality_of
 from sitl_shim.mavlink.services.context import Context
 from sitl_shim.mavlink.services.dispatcher import Services
+from sitl_shim.mavlink.setpoint_frame import Setpoint, read_setpoint
 from sitl_shim.mavlink.signing import ACCEPTED_UNSIGNED, Signing
 from sitl_shim.mavlink.statustext import status_messages
 from sitl_shim.mavlink.streams import LinkKind
@@ -178,6 +179,12 @@ class Shim:
     def _deliver(self, index: int, data: bytes) -> None:
         link = self._links[index]
         booting = self.simulation.time_us < self.personality.listens_from_us
+        if not booting and self.signing.key is None and link.parser.between_messages:
+            setpoint = read_setpoint(data)
+            if setpoint is not None:
+                link.spoken_to = True
+                self._follow(setpoint)
+                return
         for message in link.parser.parse(data):
             if not booting and self.signing.admits(message):
                 link.spoken_to = True
@@ -185,9 +192,8 @@ class Shim:
 
     def _handle(self, index: int, link: Link, message: Message) -> None:
         name = message.get_type()
-        if name == "SET_ATTITUDE_TARGET":  # by far the most frequent
-            if self._is_for(message, AUTOPILOT_COMPONENT_ID, any_system=True):
-                self.simulation.autopilot.receive_attitude_target(_attitude_target(message))
+        if name == "SET_ATTITUDE_TARGET":
+            self._follow(_setpoint(message))
         elif name == "REQUEST_DATA_STREAM":
             if self._is_for(message, AUTOPILOT_COMPONENT_ID):
                 self._request_group(link, message)
@@ -200,6 +206,10 @@ class Shim:
             self._handle_command(link, message)
         else:
             self._services.handle(index, message)
+
+    def _follow(self, setpoint: Setpoint) -> None:
+        if self._is_for(setpoint, AUTOPILOT_COMPONENT_ID, any_system=True):
+            self.simulation.autopilot.receive_attitude_target(setpoint.target)
 
     def _is_for(self, message: Message, component: int, *, any_system: bool = False) -> bool:
         """Whether a message is addressed to this system and component."""
@@ -265,11 +275,12 @@ class Shim:
                 other.outgoing.append(bytes(message.get_msgbuf()))
 
 
-def _attitude_target(message: Message) -> AttitudeTarget:
+def _setpoint(message: Message) -> Setpoint:
     w, x, y, z = message.q
-    return AttitudeTarget(
+    target = AttitudeTarget(
         message.type_mask,
         attitude_from_wire((w, x, y, z)),
         swap_flu_frd((message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)),
         message.thrust,
     )
+    return Setpoint(message.target_system, message.target_component, target)

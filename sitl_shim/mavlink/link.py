@@ -1,7 +1,7 @@
 """One MAVLink link of the vehicle: its streams, its numbering, what waits to leave."""
 
 from collections import deque
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 
 import numpy as np
 
@@ -9,7 +9,14 @@ from sitl_shim.mavlink.messages_status import heartbeat
 from sitl_shim.mavlink.messages_truth import TRUTH_COMPONENT_ID
 from sitl_shim.mavlink.personality import Personality
 from sitl_shim.mavlink.signing import Signing
-from sitl_shim.mavlink.streams import TRUTH_BUILDERS, TRUTH_RATES_HZ, LinkKind, StreamSet, timesync
+from sitl_shim.mavlink.streams import (
+    TRUTH_BUILDERS,
+    TRUTH_RATES_HZ,
+    Builder,
+    LinkKind,
+    StreamSet,
+    timesync,
+)
 from sitl_shim.mavlink.wire import Message, Packer, Parser
 from sitl_shim.simulation import Simulation
 
@@ -155,22 +162,19 @@ class Link:
         now_us = sim.time_us
         if self._late:
             self._send_due(now_us)
-        due = self.streams.due(now_us, lambda: _published(sim))
-        if self._quiet:
-            self._quiet = sim.autopilot.heartbeat.system_status == _BOOTING
-            due = [builder for builder in due if not self._quiet or builder in _NEVER_QUIET]
-        for builder in due:
-            message = builder(sim)
-            if message is not None:
-                self.outgoing.append(self._autopilot.pack(message))
+        if now_us >= self.streams.next_us:
+            due = self.streams.due(now_us, lambda: _published(sim))
+            if self._quiet:
+                self._quiet = sim.autopilot.heartbeat.system_status == _BOOTING
+                due = [builder for builder in due if not self._quiet or builder in _NEVER_QUIET]
+            _send_all(due, sim, self._autopilot, self.outgoing)
         self.stream_truth(sim)
 
     def stream_truth(self, sim: Simulation) -> None:
         """Queue what is due of the truth at this tick."""
-        for builder in self.truth_streams.due(sim.time_us):
-            message = builder(sim)
-            if message is not None:
-                self.outgoing.append(self._truth.pack(message))
+        if sim.time_us >= self.truth_streams.next_us:
+            due = self.truth_streams.due(sim.time_us)
+            _send_all(due, sim, self._truth, self.outgoing)
 
     def _send_due(self, now_us: int) -> None:
         waiting = [entry for entry in self._late if entry[0] > now_us]
@@ -178,6 +182,16 @@ class Link:
             if due_us <= now_us:
                 self.send(message)
         self._late = deque(waiting)
+
+
+def _send_all(
+    builders: Sequence[Builder], sim: Simulation, packer: Packer, outgoing: list[bytes]
+) -> None:
+    """Pack what the builders have to say."""
+    for builder in builders:
+        message = builder(sim)
+        if message is not None:
+            outgoing.append(packer.pack(message))
 
 
 def _published(sim: Simulation) -> Hashable:

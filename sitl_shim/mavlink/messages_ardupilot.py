@@ -17,6 +17,7 @@ from sitl_shim.mavlink import messages_motion as motion
 from sitl_shim.mavlink import messages_status as status
 from sitl_shim.mavlink.geodesy import global_position
 from sitl_shim.mavlink.integers import int16, uint16
+from sitl_shim.mavlink.packets import Packet
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
 
@@ -89,7 +90,7 @@ def ekf_status_report(sim: Simulation) -> Message:
     return dialect.MAVLink_ekf_status_report_message(estimator.flags, *variances, 0.0, 0.0)
 
 
-def local_position_ned(sim: Simulation) -> Message | None:
+def local_position_ned(sim: Simulation) -> Packet | None:
     """LOCAL_POSITION_NED (32); None until the estimator has a position."""
     return motion.local_position_ned(sim) if sim.autopilot.estimator.position_known else None
 
@@ -142,25 +143,20 @@ def gps_global_origin(sim: Simulation) -> Message | None:
     )
 
 
-def highres_imu(sim: Simulation) -> Message:
+def highres_imu(sim: Simulation) -> Packet:
     """HIGHRES_IMU (105): the magnetometer's field is a million times what it should be."""
-    message = motion.highres_imu(sim)
-    message.xmag *= 1e6
-    message.ymag *= 1e6
-    message.zmag *= 1e6
-    message.fields_updated = 8191
-    return message
+    return motion.imu_packet(sim, 1e6, 8191)
 
 
 def raw_imu(sim: Simulation) -> Message:
     """RAW_IMU (27): mg, mrad/s and mgauss."""
-    highres = motion.highres_imu(sim)
+    ax, ay, az, p, q, r, mx, my, mz = motion.imu_readings(sim)
     return dialect.MAVLink_raw_imu_message(
         sim.stamp_us,
-        *(int16(value / _GRAVITY_M_S2 * 1e3) for value in (highres.xacc, highres.yacc)),
-        int16(highres.zacc / _GRAVITY_M_S2 * 1e3),
-        *(int16(value * 1e3) for value in (highres.xgyro, highres.ygyro, highres.zgyro)),
-        *(int16(value * 1e3) for value in (highres.xmag, highres.ymag, highres.zmag)),
+        *(int16(value / _GRAVITY_M_S2 * 1e3) for value in (ax, ay)),
+        int16(az / _GRAVITY_M_S2 * 1e3),
+        *(int16(value * 1e3) for value in (p, q, r)),
+        *(int16(value * 1e3) for value in (mx, my, mz)),
         0,
         2803,
     )
@@ -173,11 +169,9 @@ def servo_output_raw(sim: Simulation) -> Message:
     return dialect.MAVLink_servo_output_raw_message(stamp_us, 0, *rotors, *([0] * 12))
 
 
-def vfr_hud(sim: Simulation) -> Message:
+def vfr_hud(sim: Simulation) -> Packet:
     """VFR_HUD (74): ArduPilot gives a ground speed in place of the airspeed it has not."""
-    message = motion.vfr_hud(sim)
-    message.airspeed = message.groundspeed
-    return message
+    return motion.hud_packet(sim, airspeed_m_s=None)
 
 
 def simstate(sim: Simulation) -> Message:

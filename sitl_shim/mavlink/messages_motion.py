@@ -4,6 +4,7 @@ Field meanings: https://mavlink.io/en/messages/common.html.  World NED, body FRD
 """
 
 import math
+import struct
 
 from sitl_shim.frames import (
     Vector3,
@@ -15,43 +16,60 @@ from sitl_shim.frames import (
 )
 from sitl_shim.mavlink.geodesy import global_position
 from sitl_shim.mavlink.integers import int16, int32, uint16
+from sitl_shim.mavlink.packets import Layout, Packet
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
+
+_ATTITUDE = Layout(dialect.MAVLink_attitude_message)
+_ATTITUDE_QUATERNION = Layout(dialect.MAVLink_attitude_quaternion_message, "<I7f16s")
+_LOCAL_POSITION = Layout(dialect.MAVLink_local_position_ned_message)
+_GLOBAL_POSITION = Layout(dialect.MAVLink_global_position_int_message)
+_ALTITUDE = Layout(dialect.MAVLink_altitude_message)
+_ATTITUDE_TARGET = Layout(dialect.MAVLink_attitude_target_message)
+_POSITION_TARGET = Layout(dialect.MAVLink_position_target_local_ned_message)
+_VFR_HUD = Layout(dialect.MAVLink_vfr_hud_message)
+_HIGHRES_IMU = Layout(dialect.MAVLink_highres_imu_message)
+ODOMETRY = Layout(dialect.MAVLink_odometry_message, "<Q13f168s5B")
+"""Its two covariances, 42 numbers, never change and stand as one."""
 
 _NAN = math.nan
 _GRAVITY_M_S2 = 9.80665
 _FRAME_LOCAL_NED = 1
 _PX4_OFFBOARD = 0x00060000
 _ESTIMATOR_AUTOPILOT = 8
+_NO_ROTATION = bytes(16)
+"""The four last numbers of ATTITUDE_QUATERNION."""
 _POSE_COVARIANCE = [_NAN] * 21
 for _place, _variance in {0: 1e-4, 6: 1e-4, 11: 1e-4, 15: 1e-4, 18: 1e-4, 20: 1e-3}.items():
     _POSE_COVARIANCE[_place] = _variance  # the diagonal; PX4 leaves the rest NaN
 _VELOCITY_COVARIANCE = [_NAN] * 21
 for _place in (0, 6, 11):
     _VELOCITY_COVARIANCE[_place] = 1e-3
+_COVARIANCES = struct.pack("<42f", *_POSE_COVARIANCE, *_VELOCITY_COVARIANCE)
 _FIELD_NED_GAUSS: Vector3 = (0.2163, 0.0103, 0.4304)
 """Earth's magnetic field at the origin."""
 _TYPE_MASK_NOTHING = 63
 _TYPE_MASK_NO_POSITION = 7
 
 
-def attitude(sim: Simulation) -> Message:
+def attitude(sim: Simulation) -> Packet:
     """ATTITUDE (30)."""
     estimate = sim.estimate
     roll, pitch, yaw = euler_from_quaternion(attitude_to_wire(estimate.attitude_flu_to_enu))
     p, q, r = swap_flu_frd(estimate.rate_flu_rad_s)
-    return dialect.MAVLink_attitude_message(sim.estimate_ms, roll, pitch, yaw, p, q, r)
+    return Packet(_ATTITUDE, _ATTITUDE.pack(sim.estimate_ms, roll, pitch, yaw, p, q, r))
 
 
-def attitude_quaternion(sim: Simulation) -> Message:
+def attitude_quaternion(sim: Simulation) -> Packet:
     """ATTITUDE_QUATERNION (31)."""
     estimate = sim.estimate
     w, x, y, z = attitude_to_wire(estimate.attitude_flu_to_enu)
     p, q, r = swap_flu_frd(estimate.rate_flu_rad_s)
-    return dialect.MAVLink_attitude_quaternion_message(sim.estimate_ms, w, x, y, z, p, q, r)
+    content = _ATTITUDE_QUATERNION.pack(sim.estimate_ms, w, x, y, z, p, q, r, _NO_ROTATION)
+    return Packet(_ATTITUDE_QUATERNION, content)
 
 
-def local_position_ned(sim: Simulation) -> Message | None:
+def local_position_ned(sim: Simulation) -> Packet | None:
     """LOCAL_POSITION_NED (32); None while the estimator has no local position.
 
     ODOMETRY, by PX4's source, goes on all the same, with what is reckoned from the accelerations.
@@ -60,43 +78,44 @@ def local_position_ned(sim: Simulation) -> Message | None:
         return None
     x, y, z = swap_enu_ned(sim.estimate.position_enu_m)
     vx, vy, vz = swap_enu_ned(sim.estimate.velocity_enu_m_s)
-    return dialect.MAVLink_local_position_ned_message(sim.estimate_ms, x, y, z, vx, vy, vz)
+    content = _LOCAL_POSITION.pack(sim.estimate_ms, x, y, z, vx, vy, vz)
+    return Packet(_LOCAL_POSITION, content)
 
 
-def odometry(sim: Simulation) -> Message:
+def odometry(sim: Simulation) -> Packet:
     """ODOMETRY (331) as PX4 sends it: child_frame_id is the world's too, velocity is NED."""
     estimate = sim.estimate
     x, y, z = swap_enu_ned(estimate.position_enu_m)
     vx, vy, vz = swap_enu_ned(estimate.velocity_enu_m_s)
     p, q, r = swap_flu_frd(estimate.rate_flu_rad_s)
-    return dialect.MAVLink_odometry_message(
+    content = ODOMETRY.pack(
         sim.estimate_us,
-        _FRAME_LOCAL_NED,
-        _FRAME_LOCAL_NED,
         x,
         y,
         z,
-        attitude_to_wire(estimate.attitude_flu_to_enu),
+        *attitude_to_wire(estimate.attitude_flu_to_enu),
         vx,
         vy,
         vz,
         p,
         q,
         r,
-        _POSE_COVARIANCE,
-        _VELOCITY_COVARIANCE,
+        _COVARIANCES,
+        _FRAME_LOCAL_NED,
+        _FRAME_LOCAL_NED,
         sim.estimate_resets & 0xFF,
         _ESTIMATOR_AUTOPILOT,
         0,
     )
+    return Packet(ODOMETRY, content)
 
 
-def global_position_int(sim: Simulation) -> Message:
+def global_position_int(sim: Simulation) -> Packet:
     """GLOBAL_POSITION_INT (33)."""
     estimate = sim.estimate
     latitude, longitude, altitude_mm = global_position(sim.origin, estimate.position_enu_m)
     vx, vy, vz = swap_enu_ned(estimate.velocity_enu_m_s)
-    return dialect.MAVLink_global_position_int_message(
+    content = _GLOBAL_POSITION.pack(
         sim.estimate_ms,
         latitude,
         longitude,
@@ -107,6 +126,7 @@ def global_position_int(sim: Simulation) -> Message:
         int16(vz * 100.0),
         round(_heading_deg(sim) * 100.0) % 36000,
     )
+    return Packet(_GLOBAL_POSITION, content)
 
 
 def gps_raw_int(sim: Simulation) -> Message:
@@ -136,56 +156,101 @@ def gps_raw_int(sim: Simulation) -> Message:
     )
 
 
-def highres_imu(sim: Simulation) -> Message:
+def highres_imu(sim: Simulation) -> Packet:
     """HIGHRES_IMU (105)."""
+    return imu_packet(sim, 1.0, 63)
+
+
+def imu_packet(sim: Simulation, field_scale: float, updated: int) -> Packet:
+    """HIGHRES_IMU (105).
+
+    Args:
+        sim: of the vehicle.
+        field_scale: what the magnetic field is multiplied by.
+        updated: HIGHRES_IMU_UPDATED_FLAGS.
+    """
+    ax, ay, az, p, q, r, mx, my, mz = imu_readings(sim)
+    altitude_m = sim.origin.altitude_amsl_m + sim.estimate.position_enu_m[2]
+    content = _HIGHRES_IMU.pack(
+        sim.estimate_us,
+        ax,
+        ay,
+        az,
+        p,
+        q,
+        r,
+        mx * field_scale,
+        my * field_scale,
+        mz * field_scale,
+        _pressure_hpa(altitude_m),
+        0.0,
+        altitude_m,
+        15.0,
+        updated,
+        0,
+    )
+    return Packet(_HIGHRES_IMU, content)
+
+
+def imu_readings(
+    sim: Simulation,
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """Specific force (m/s²), rates (rad/s) and magnetic field (gauss), FRD."""
     estimate = sim.estimate
     frd_to_ned = attitude_to_wire(estimate.attitude_flu_to_enu)
     ax, ay, az = swap_enu_ned(estimate.acceleration_enu_m_s2)
     force = rotate_inverse(frd_to_ned, (ax, ay, az - _GRAVITY_M_S2))
     gyro = swap_flu_frd(estimate.rate_flu_rad_s)
     field = rotate_inverse(frd_to_ned, _FIELD_NED_GAUSS)
-    altitude_m = sim.origin.altitude_amsl_m + estimate.position_enu_m[2]
-    pressure_hpa = _pressure_hpa(altitude_m)
-    return dialect.MAVLink_highres_imu_message(
-        sim.estimate_us, *force, *gyro, *field, pressure_hpa, 0.0, altitude_m, 15.0, 63, 0
-    )
+    return (*force, *gyro, *field)
 
 
-def altitude(sim: Simulation) -> Message:
+def altitude(sim: Simulation) -> Packet:
     """ALTITUDE (141)."""
     up = sim.estimate.position_enu_m[2]
     amsl = sim.origin.altitude_amsl_m + up
     relative = _height_above_home_m(sim)
-    return dialect.MAVLink_altitude_message(
-        sim.estimate_us, amsl, amsl, up, relative, _NAN, relative
-    )
+    content = _ALTITUDE.pack(sim.estimate_us, amsl, amsl, up, relative, _NAN, relative)
+    return Packet(_ALTITUDE, content)
 
 
-def vfr_hud(sim: Simulation) -> Message:
-    """VFR_HUD (74)."""
+def vfr_hud(sim: Simulation) -> Packet:
+    """VFR_HUD (74): without an airspeed."""
+    return hud_packet(sim, airspeed_m_s=_NAN)
+
+
+def hud_packet(sim: Simulation, *, airspeed_m_s: float | None) -> Packet:
+    """VFR_HUD (74).
+
+    Args:
+        sim: of the vehicle.
+        airspeed_m_s: what it says of it; None says the ground speed.
+    """
     east, north, climb = sim.estimate.velocity_enu_m_s
     _, _, thrust = sim.autopilot.attitude_setpoint
     throttle = max(0.0, min(1.0, thrust)) if sim.autopilot.armed else 0.0
-    return dialect.MAVLink_vfr_hud_message(
-        _NAN,
-        math.hypot(east, north),
-        round(_heading_deg(sim)) % 360,
-        round(throttle * 100.0) if throttle == throttle else 0,
+    ground_speed = math.hypot(east, north)
+    content = _VFR_HUD.pack(
+        ground_speed if airspeed_m_s is None else airspeed_m_s,
+        ground_speed,
         sim.origin.altitude_amsl_m + sim.estimate.position_enu_m[2],
         climb,
+        round(_heading_deg(sim)) % 360,
+        round(throttle * 100.0) if throttle == throttle else 0,
     )
+    return Packet(_VFR_HUD, content)
 
 
-def attitude_target(sim: Simulation) -> Message:
+def attitude_target(sim: Simulation) -> Packet:
     """ATTITUDE_TARGET (83): what the attitude controller follows."""
     setpoint, rates, thrust = sim.autopilot.attitude_setpoint
-    p, q, r = swap_flu_frd(rates)
-    return dialect.MAVLink_attitude_target_message(
-        sim.stamp_ms, 0, attitude_to_wire(setpoint), p, q, r, thrust
+    content = _ATTITUDE_TARGET.pack(
+        sim.stamp_ms, *attitude_to_wire(setpoint), *swap_flu_frd(rates), thrust, 0
     )
+    return Packet(_ATTITUDE_TARGET, content)
 
 
-def position_target_local_ned(sim: Simulation) -> Message | None:
+def position_target_local_ned(sim: Simulation) -> Packet | None:
     """POSITION_TARGET_LOCAL_NED (85): NaN while position control is idle.
 
     None while attitudes or rates are followed: PX4 has no such setpoint to tell then.
@@ -206,16 +271,17 @@ def position_target_local_ned(sim: Simulation) -> Message | None:
         )
         yaw = math.pi / 2.0 - target.yaw_enu_rad
         mask = 0 if target.position_enu_m else _TYPE_MASK_NO_POSITION
-    return dialect.MAVLink_position_target_local_ned_message(
+    content = _POSITION_TARGET.pack(
         sim.stamp_ms,
-        _FRAME_LOCAL_NED,
-        mask,
         *position,
         *velocity,
         *acceleration,
         math.remainder(yaw, 2.0 * math.pi),
         0.0,
+        mask,
+        _FRAME_LOCAL_NED,
     )
+    return Packet(_POSITION_TARGET, content)
 
 
 def servo_output_raw(sim: Simulation) -> Message:

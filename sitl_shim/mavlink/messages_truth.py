@@ -11,6 +11,8 @@ import math
 from sitl_shim.frames import attitude_to_wire, rotate_inverse, swap_enu_ned, swap_flu_frd
 from sitl_shim.mavlink.geodesy import global_position
 from sitl_shim.mavlink.integers import int16, uint16
+from sitl_shim.mavlink.messages_motion import ODOMETRY
+from sitl_shim.mavlink.packets import Layout, Packet
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
 
@@ -20,25 +22,25 @@ TRUTH_COMPONENT_ID = 240
 _GRAVITY_M_S2 = 9.80665
 _FRAME_LOCAL_NED = 1
 _ESTIMATOR_NAIVE = 1
-_EXACT = [0.0] * 21
+_EXACT = bytes(42 * 4)
+"""Both covariances of ODOMETRY."""
+_DEBUG_VECT = Layout(dialect.MAVLink_debug_vect_message)
 _WIND = b"wind_acc"
 _EVENT_PERIOD_US = 200_000
 
 
-def truth_odometry(sim: Simulation) -> Message:
+def truth_odometry(sim: Simulation) -> Packet:
     """ODOMETRY (331) of the true state, in the frames of the autopilot's own ODOMETRY."""
     state = sim.state
     x, y, z = swap_enu_ned(state.position_enu_m)
     vx, vy, vz = swap_enu_ned(state.velocity_enu_m_s)
     p, q, r = swap_flu_frd(state.rate_flu_rad_s)
-    return dialect.MAVLink_odometry_message(
+    content = ODOMETRY.pack(
         sim.stamp_us,
-        _FRAME_LOCAL_NED,
-        _FRAME_LOCAL_NED,
         x,
         y,
         z,
-        attitude_to_wire(state.attitude_flu_to_enu),
+        *attitude_to_wire(state.attitude_flu_to_enu),
         vx,
         vy,
         vz,
@@ -46,17 +48,19 @@ def truth_odometry(sim: Simulation) -> Message:
         q,
         r,
         _EXACT,
-        _EXACT,
+        _FRAME_LOCAL_NED,
+        _FRAME_LOCAL_NED,
         0,
         _ESTIMATOR_NAIVE,
         100,
     )
+    return Packet(ODOMETRY, content)
 
 
-def wind_acceleration(sim: Simulation) -> Message:
+def wind_acceleration(sim: Simulation) -> Packet:
     """DEBUG_VECT (250) ``wind_acc``: what the wind does to the vehicle, NED, m/s²."""
     x, y, z = swap_enu_ned(sim.state.wind_acceleration_enu_m_s2)
-    return dialect.MAVLink_debug_vect_message(_WIND, sim.stamp_us, x, y, z)
+    return Packet(_DEBUG_VECT, _DEBUG_VECT.pack(sim.stamp_us, x, y, z, _WIND))
 
 
 def event(sim: Simulation) -> Message | None:

@@ -5,8 +5,9 @@ autopilot's ticks of 4 ms: at 10 ms apart the steps are 8 and 12 ms.  Measured r
 PX4 v1.17.
 """
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from enum import Enum
+from heapq import heapify, heappop, heappush
 
 from sitl_shim.mavlink import messages_motion as motion
 from sitl_shim.mavlink import messages_status as status
@@ -158,6 +159,16 @@ ABOUT_STATUS = frozenset({dialect.MAVLINK_MSG_ID_CURRENT_MODE})
 """PX4 sends these when its commander has published, however often they are asked for."""
 
 
+_NEVER_US = 2**62
+
+_Due = tuple[int, int, int, int]
+"""When a message is due (µs), its place among those that leave together, its id, its interval."""
+
+
+def _place(entry: tuple[int, Builder]) -> int:
+    return entry[0]
+
+
 class StreamSet:
     """The streams of one component on one link.
 
@@ -173,15 +184,15 @@ class StreamSet:
 
     __slots__ = (
         "_about_status",
-        "_active",
         "_builders",
         "_defaults",
         "_estimate_interval_us",
         "_fixed",
         "_grid_origin_us",
         "_intervals",
-        "_next_us",
+        "_queue",
         "_told",
+        "next_us",
     )
 
     def __init__(
@@ -203,8 +214,9 @@ class StreamSet:
         self._fixed = fixed
         self._grid_origin_us = grid_origin_us
         self._intervals = dict(self._defaults)
-        self._active: list[list[int]] = []
-        self._next_us = 0
+        self._queue: list[_Due] = []
+        self.next_us = _NEVER_US
+        """When anything is due next: before, there is no use in asking."""
         self._schedule(begin_us)
 
     def interval_us(self, message_id: int) -> int | None:
@@ -226,48 +238,52 @@ class StreamSet:
         self._schedule(now_us)
         return True
 
-    def due(self, now_us: int, published: Callable[[], Hashable] = lambda: None) -> list[Builder]:
-        """Builders of the messages that are due now; call it at every tick.
+    def due(
+        self, now_us: int, published: Callable[[], Hashable] = lambda: None
+    ) -> Sequence[Builder]:
+        """Builders of the messages that are due now; call it at every tick from `next_us` on.
 
         Args:
             now_us: boot time.
             published: differs as soon as the status was published anew.
         """
-        if now_us < self._next_us:
-            return []
-        builders = self._builders
-        ready: list[Builder] = []
-        next_us = now_us + 60_000_000
-        for entry in self._active:
-            message_id, interval_us, due_us = entry
-            if due_us <= now_us and self._is_news(message_id, published):
-                ready.append(builders[message_id])
-                due_us += interval_us
-                if due_us <= now_us:  # ticks were skipped: do not send in bursts
-                    due_us = self._next_on_grid(now_us, interval_us)
-                entry[2] = due_us
-            next_us = min(next_us, due_us)
-        self._next_us = next_us
-        return ready
+        queue = self._queue
+        ready: list[tuple[int, Builder]] = []
+        waiting: list[_Due] = []
+        while queue and queue[0][0] <= now_us:
+            entry = heappop(queue)
+            due_us, place, message_id, interval_us = entry
+            if message_id in self._about_status and not self._is_news(message_id, published()):
+                waiting.append(entry)
+                continue
+            ready.append((place, self._builders[message_id]))
+            due_us += interval_us
+            if due_us <= now_us:  # ticks were skipped: do not send in bursts
+                due_us = self._next_on_grid(now_us, interval_us)
+            heappush(queue, (due_us, place, message_id, interval_us))
+        for entry in waiting:
+            heappush(queue, entry)
+        self.next_us = queue[0][0] if queue else _NEVER_US
+        ready.sort(key=_place)
+        return [builder for _, builder in ready]
 
-    def _is_news(self, message_id: int, published: Callable[[], Hashable]) -> bool:
-        if message_id not in self._about_status:
-            return True
-        status = published()
+    def _is_news(self, message_id: int, status: Hashable) -> bool:
         if message_id in self._told and self._told[message_id] == status:
             return False
         self._told[message_id] = status
         return True
 
     def _schedule(self, now_us: int) -> None:
-        self._active = []
-        for message_id in self._builders:
+        self._queue = []
+        for place, message_id in enumerate(self._builders):
             asked = self._intervals.get(message_id)
             if asked is not None:
                 slow = message_id in _SLOW_IDS
                 interval = max(asked, self._estimate_interval_us if slow else _EVERY_TICK_US)
-                self._active.append([message_id, interval, self._next_on_grid(now_us, interval)])
-        self._next_us = min((entry[2] for entry in self._active), default=now_us + 60_000_000)
+                due_us = self._next_on_grid(now_us, interval)
+                self._queue.append((due_us, place, message_id, interval))
+        heapify(self._queue)
+        self.next_us = self._queue[0][0] if self._queue else _NEVER_US
 
     def _next_on_grid(self, now_us: int, interval_us: int) -> int:
         origin_us = self._grid_origin_us

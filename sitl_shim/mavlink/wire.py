@@ -10,11 +10,12 @@ from typing import Any
 from pymavlink.dialects.v20 import all as dialect
 
 from sitl_shim.mavlink.event_messages import REQUEST_ID, RequestEvent
+from sitl_shim.mavlink.packets import Packet, frame_of, signed_frame_of
 
 __all__ = ["Message", "Packer", "Parser", "dialect"]
 
 Message = Any
-"""A MAVLink message of the generated dialect; pymavlink is untyped."""
+"""A MAVLink message of the generated dialect, which is untyped; or a `Packet`, to be sent."""
 
 _BAD_DATA = "BAD_DATA"
 _UNKNOWN_PREFIX = "UNKNOWN"
@@ -30,9 +31,10 @@ class Packer:
         component_id: of the sender.
     """
 
-    __slots__ = ("_mavlink", "_take_stamp")
+    __slots__ = ("_component_id", "_mavlink", "_system_id", "_take_stamp")
 
     def __init__(self, system_id: int, component_id: int) -> None:
+        self._system_id, self._component_id = system_id, component_id
         self._mavlink = dialect.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
         self._take_stamp: Callable[[], int] | None = None
 
@@ -51,10 +53,23 @@ class Packer:
 
     def pack(self, message: Message) -> bytes:
         """One message as one MAVLink 2 frame."""
-        if self._take_stamp is not None:
-            self._mavlink.signing.timestamp = self._take_stamp()
-        frame: bytes = message.pack(self._mavlink)
-        self._mavlink.seq = (self._mavlink.seq + 1) & 0xFF
+        mavlink = self._mavlink
+        sequence: int = mavlink.seq
+        take_stamp = self._take_stamp
+        frame: bytes
+        if type(message) is not Packet:
+            if take_stamp is not None:
+                mavlink.signing.timestamp = take_stamp()
+            frame = message.pack(mavlink)
+        elif take_stamp is None:
+            frame = frame_of(message, sequence, self._system_id, self._component_id)
+        else:
+            signing = mavlink.signing
+            signature = (signing.secret_key, signing.link_id, take_stamp())
+            frame = signed_frame_of(
+                message, sequence, self._system_id, self._component_id, signature
+            )
+        mavlink.seq = (sequence + 1) & 0xFF
         return frame
 
 
@@ -66,6 +81,11 @@ class Parser:
     def __init__(self) -> None:
         self._mavlink = dialect.MAVLink(None)
         self._mavlink.robust_parsing = True
+
+    @property
+    def between_messages(self) -> bool:
+        """Whether nothing waits for its rest."""
+        return bool(len(self._mavlink.buf) == self._mavlink.buf_index)
 
     def parse(self, data: bytes) -> Iterator[Message]:
         """Messages that are complete with ``data``, unknown ones and noise left out."""

@@ -4,23 +4,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sitl_shim.compiled import FLOAT, compiled
 from sitl_shim.frames import Vector3
+from sitl_shim.plant import equations
 from sitl_shim.plant.battery import BatteryPack
+from sitl_shim.plant.equations import Four, Motion
 from sitl_shim.plant.ground import Ground
 from sitl_shim.plant.payload import loaded
-from sitl_shim.plant.rigid_body import (
-    Motion,
-    make_derivative,
-    make_drag_acceleration,
-    runge_kutta_step,
-)
-from sitl_shim.plant.rotors import Four, make_lag, make_thrusts, make_wrench, sane_commands
+from sitl_shim.plant.rigid_body import body_of
+from sitl_shim.plant.rotors import arms_of, lag_of, sane_commands, thrust_map_of
 from sitl_shim.plant.state import PlantState
 from sitl_shim.plant.timeline import Timeline
 from sitl_shim.plant.vehicle import VehicleModel
 from sitl_shim.wind import Load, Moments, Motor, Wind
 
 _SEED_STREAM = 1
+_ROTORS = (equations.lag_signals, equations.thrusts_of, equations.wrench_of)
+_BODY = (equations.derivative, equations.drag_acceleration)
 _STILL: Motion = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -69,12 +69,19 @@ class Plant:
         self._vehicle = vehicle
         self._moments = moments or Moments()
         self._timeline = Timeline(events, self._moments, step_s)
-        self._thrusts = make_thrusts(vehicle, self._thrust_scale)
+        self._drive = compiled(equations.drive, 2, 8, 12, 4, 4, parts=_ROTORS)
+        self._move = compiled(
+            equations.move,
+            *(12, 2, 8, 12, 4, 4, 10, 10, 3, FLOAT),
+            parts=(*_ROTORS, *_BODY, equations.runge_kutta_step),
+        )
+        self._look = compiled(equations.observe, 12, 10, 4, 3, parts=_BODY)
+        self._arms = arms_of(vehicle)
+        self._lag = lag_of(vehicle.propulsion.time_constant_s, step_s)
+        self._thrust_map = thrust_map_of(vehicle, self._thrust_scale)
         self._set_mass(vehicle)
         while self._timeline.next_step == 0:
             self._happen(self._timeline.take())
-        self._lag = make_lag(vehicle.propulsion.time_constant_s, step_s)
-        self._wrench = make_wrench(vehicle)
         self._battery = BatteryPack(vehicle.battery)
 
         airborne = airborne_at_enu_m is not None
@@ -84,10 +91,11 @@ class Plant:
         self._motion = _STILL
         self._standing = not airborne
         self._wind_now = wind.velocity_enu_m_s(0.0, self._position)
-        thrusts = self._thrusts(self._signals)
-        self._slope = self._derivative(self._motion, self._wrench(thrusts), self._wind_now)
+        thrusts = equations.thrusts_of(self._thrust_map, self._signals)
+        wrench = equations.wrench_of(self._arms, thrusts)
+        self._slope, push = self._look(self._body, self._motion, wrench, self._wind_now)
         acceleration = self._slope[:3] if airborne else (0.0, 0.0, 0.0)
-        self.state = self._observe(thrusts, acceleration, on_ground=not airborne)
+        self.state = self._observe(thrusts, acceleration, push, on_ground=not airborne)
 
     def step(self, rotor_commands: Sequence[float]) -> PlantState:
         """Advance by one step.
@@ -102,27 +110,32 @@ class Plant:
         step_s = self._step_s
         a, b, c, d = sane_commands(rotor_commands)
         factor = self._battery.signal_factor
-        mid, end = self._lag(self._signals, (factor * a, factor * b, factor * c, factor * d))
-        self._signals = end
-        thrusts = self._thrusts(end)
-        wrench = self._wrench(thrusts)
+        targets = (factor * a, factor * b, factor * c, factor * d)
         before = self._motion
-
-        touching = self._standing and self._rests(wrench)
+        touching = False
+        if self._standing:
+            end, thrusts, wrench = self._drive(
+                self._lag, self._thrust_map, self._arms, self._signals, targets
+            )
+            touching = self._rests(wrench)
         if not touching:
             self._standing = False
-            (sx, sy, sz), self._motion = runge_kutta_step(
-                self._derivative,
+            end, thrusts, wrench, (sx, sy, sz), self._motion = self._move(
+                self._body,
+                self._lag,
+                self._thrust_map,
+                self._arms,
+                self._signals,
+                targets,
                 before,
                 self._slope,
-                self._wrench(self._thrusts(mid)),
-                wrench,
                 self._wind_now,
                 step_s,
             )
             x, y, z = self._position
             self._position = (x + sx, y + sy, z + sz)
             touching = self._ground.near(z + sz) and self._touch_down(wrench)
+        self._signals = end
 
         self._steps += 1
         while self._timeline.next_step == self._steps:
@@ -130,7 +143,8 @@ class Plant:
         self._battery.draw(end, step_s)
         self._wind_now = self._wind.velocity_enu_m_s(self._steps * step_s, self._position)
         motion = self._motion
-        self._slope = slope = self._derivative(motion, wrench, self._wind_now)
+        slope, push = self._look(self._body, motion, wrench, self._wind_now)
+        self._slope = slope
         acceleration = (
             (
                 (motion[0] - before[0]) / step_s,
@@ -140,7 +154,7 @@ class Plant:
             if touching
             else (slope[0], slope[1], slope[2])
         )
-        self.state = self._observe(thrusts, acceleration, on_ground=touching)
+        self.state = self._observe(thrusts, acceleration, push, on_ground=touching)
         return self.state
 
     def follow_setpoints(self) -> None:
@@ -157,13 +171,12 @@ class Plant:
             for rotor, factor in enumerate(self._factors, start=1)
         )
         self._factors = (first, second, third, fourth)
-        self._thrusts = make_thrusts(self._vehicle, self._thrust_scale, self._factors)
+        self._thrust_map = thrust_map_of(self._vehicle, self._thrust_scale, self._factors)
 
     def _set_mass(self, vehicle: VehicleModel) -> None:
         """Make anew what depends on the mass."""
         self._carrying = vehicle
-        self._derivative = make_derivative(vehicle)
-        self._drag = make_drag_acceleration(vehicle)
+        self._body = body_of(vehicle)
         self._ground = Ground(vehicle)
 
     def _touch_down(self, wrench: Four) -> bool:
@@ -183,18 +196,13 @@ class Plant:
         """Whether the ground holds the vehicle still against rotors and wind."""
         _, _, _, w, x, y, z, _, _, _ = self._motion
         still = (0.0, 0.0, 0.0, w, x, y, z, 0.0, 0.0, 0.0)
-        return self._ground.holds(self._derivative(still, wrench, self._wind_now))
+        pull, _ = self._look(self._body, still, wrench, self._wind_now)
+        return self._ground.holds(pull)
 
-    def _observe(self, thrusts: Four, acceleration: Vector3, *, on_ground: bool) -> PlantState:
+    def _observe(
+        self, thrusts: Four, acceleration: Vector3, push: Vector3, *, on_ground: bool
+    ) -> PlantState:
         vx, vy, vz, w, x, y, z, p, q, r = self._motion
-        wind_x, wind_y, wind_z = self._wind_now
-        if wind_x == wind_y == wind_z == 0.0:
-            push = (0.0, 0.0, 0.0)
-        else:
-            attitude = (w, x, y, z)
-            blown = self._drag(attitude, (vx - wind_x, vy - wind_y, vz - wind_z))
-            calm = self._drag(attitude, (vx, vy, vz))
-            push = (blown[0] - calm[0], blown[1] - calm[1], blown[2] - calm[2])
         return PlantState(
             self._steps * self._step_s,
             self._position,

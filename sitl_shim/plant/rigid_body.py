@@ -1,98 +1,71 @@
-"""Newton's and Euler's equations of a rigid body with drag, and one step of their integration.
+"""A vehicle's rigid body: what its equations of motion need to know of it.
 
-State: velocity (world), attitude quaternion (body to world), body rate.  Position appears on
-no right-hand side, because the wind is held over a step, so it is integrated in closed form
-from the same stages.
+The equations themselves are in `sitl_shim.plant.equations`.
 """
 
 from collections.abc import Callable
-from math import sqrt
 
 from sitl_shim.frames import Quaternion, Vector3
-from sitl_shim.plant.rotors import Wrench
+from sitl_shim.plant import equations
+from sitl_shim.plant.equations import Body, Motion, MotionRate, Wrench
 from sitl_shim.plant.vehicle import GRAVITY_M_S2, VehicleModel
 
-Motion = tuple[float, float, float, float, float, float, float, float, float, float]
-"""Velocity ENU (m/s), attitude (w, x, y, z) FLU to ENU, rate FLU (rad/s)."""
+__all__ = [
+    "Derivative",
+    "Motion",
+    "MotionRate",
+    "body_of",
+    "make_derivative",
+    "make_drag_acceleration",
+    "runge_kutta_step",
+]
 
-MotionRate = Motion
-"""Time derivative of a `Motion`."""
 
-Derivative = Callable[[Motion, Wrench, Vector3], MotionRate]
-"""Of motion, wrench of the rotors and wind (ENU, m/s)."""
+def body_of(vehicle: VehicleModel) -> Body:
+    """What the equations know of a vehicle."""
+    mass = vehicle.mass_kg
+    drag = vehicle.drag
+    dx, dy, dz = (value / mass for value in drag.linear_n_s_m)
+    return (
+        1.0 / mass,
+        *vehicle.inertia_kg_m2,
+        dx,
+        dy,
+        dz,
+        drag.quadratic_n_s2_m2 / mass,
+        *drag.angular_n_m_s,
+        GRAVITY_M_S2,
+    )
+
+
+class Derivative:
+    """The equations of motion of one body.
+
+    Args:
+        body: that moves.
+    """
+
+    __slots__ = ("body",)
+
+    def __init__(self, body: Body) -> None:
+        self.body = body
+
+    def __call__(self, motion: Motion, wrench: Wrench, wind: Vector3) -> MotionRate:
+        """Of motion, wrench of the rotors and wind (ENU, m/s)."""
+        return equations.derivative(self.body, motion, wrench, wind)
 
 
 def make_derivative(vehicle: VehicleModel) -> Derivative:
-    """The equations of motion of a vehicle.
-
-    Linear drag acts along each body axis (the rotors'), quadratic drag along the relative
-    velocity (the frame's); both on velocity relative to the air.
-    """
-    mass = vehicle.mass_kg
-    ix, iy, iz = vehicle.inertia_kg_m2
-    per_mass = 1.0 / mass
-    dx, dy, dz = (value / mass for value in vehicle.drag.linear_n_s_m)
-    quadratic = vehicle.drag.quadratic_n_s2_m2 / mass
-    ax_damp, ay_damp, az_damp = vehicle.drag.angular_n_m_s
-    gyro_x, gyro_y, gyro_z = iy - iz, iz - ix, ix - iy
-    gravity = GRAVITY_M_S2
-
-    def derivative(motion: Motion, wrench: Wrench, wind: Vector3) -> MotionRate:
-        vx, vy, vz, w, x, y, z, p, q, r = motion
-        thrust, tx, ty, tz = wrench
-        ux, uy, uz = vx - wind[0], vy - wind[1], vz - wind[2]
-        x2, y2, z2 = x + x, y + y, z + z
-        xx, yy, zz = x * x2, y * y2, z * z2
-        xy, xz, yz = x * y2, x * z2, y * z2
-        wx, wy, wz = w * x2, w * y2, w * z2
-        m00, m01, m02 = 1.0 - yy - zz, xy - wz, xz + wy
-        m10, m11, m12 = xy + wz, 1.0 - xx - zz, yz - wx
-        m20, m21, m22 = xz - wy, yz + wx, 1.0 - xx - yy
-        bx = -dx * (m00 * ux + m10 * uy + m20 * uz)
-        by = -dy * (m01 * ux + m11 * uy + m21 * uz)
-        bz = thrust * per_mass - dz * (m02 * ux + m12 * uy + m22 * uz)
-        drag = quadratic * sqrt(ux * ux + uy * uy + uz * uz)
-        return (
-            m00 * bx + m01 * by + m02 * bz - drag * ux,
-            m10 * bx + m11 * by + m12 * bz - drag * uy,
-            m20 * bx + m21 * by + m22 * bz - drag * uz - gravity,
-            -0.5 * (x * p + y * q + z * r),
-            0.5 * (w * p + y * r - z * q),
-            0.5 * (w * q + z * p - x * r),
-            0.5 * (w * r + x * q - y * p),
-            (tx + gyro_x * q * r - ax_damp * p) / ix,
-            (ty + gyro_y * r * p - ay_damp * q) / iy,
-            (tz + gyro_z * p * q - az_damp * r) / iz,
-        )
-
-    return derivative
+    """The equations of motion of a vehicle."""
+    return Derivative(body_of(vehicle))
 
 
 def make_drag_acceleration(vehicle: VehicleModel) -> Callable[[Quaternion, Vector3], Vector3]:
     """Drag per mass (m/s2, ENU) of an attitude and a velocity relative to the air (ENU)."""
-    mass = vehicle.mass_kg
-    dx, dy, dz = (value / mass for value in vehicle.drag.linear_n_s_m)
-    quadratic = vehicle.drag.quadratic_n_s2_m2 / mass
+    body = body_of(vehicle)
 
     def drag(attitude: Quaternion, relative: Vector3) -> Vector3:
-        ux, uy, uz = relative
-        frame = quadratic * sqrt(ux * ux + uy * uy + uz * uz)
-        if dx == dy == dz:
-            total = -(dx + frame)
-            return (total * ux, total * uy, total * uz)
-        w, x, y, z = attitude
-        x2, y2, z2 = x + x, y + y, z + z
-        m00, m01, m02 = 1.0 - y * y2 - z * z2, x * y2 - w * z2, x * z2 + w * y2
-        m10, m11, m12 = x * y2 + w * z2, 1.0 - x * x2 - z * z2, y * z2 - w * x2
-        m20, m21, m22 = x * z2 - w * y2, y * z2 + w * x2, 1.0 - x * x2 - y * y2
-        bx = dx * (m00 * ux + m10 * uy + m20 * uz)
-        by = dy * (m01 * ux + m11 * uy + m21 * uz)
-        bz = dz * (m02 * ux + m12 * uy + m22 * uz)
-        return (
-            -(m00 * bx + m01 * by + m02 * bz) - frame * ux,
-            -(m10 * bx + m11 * by + m12 * bz) - frame * uy,
-            -(m20 * bx + m21 * by + m22 * bz) - frame * uz,
-        )
+        return equations.drag_acceleration(body, *attitude, *relative)
 
     return drag
 
@@ -106,98 +79,7 @@ def runge_kutta_step(
     wind: Vector3,
     step_s: float,
 ) -> tuple[Vector3, Motion]:
-    """One step of the classical fourth-order Runge-Kutta method.
-
-    Args:
-        derivative: the equations of motion.
-        motion: at the start.
-        first: the derivative there (the caller has it from the end of the step before).
-        wrench_mid: of the rotors, half a step on.
-        wrench_end: of the rotors, a whole step on.
-        wind: ENU, m/s; held.
-        step_s: the step.
-
-    Returns:
-        The displacement (ENU, m) and the motion at the end, its quaternion of unit norm.
-    """
-    half = 0.5 * step_s
-    v0, v1, v2, q0, q1, q2, q3, w0, w1, w2 = motion
-    a0, a1, a2, a3, a4, a5, a6, a7, a8, a9 = first
-    second = derivative(
-        (
-            v0 + half * a0,
-            v1 + half * a1,
-            v2 + half * a2,
-            q0 + half * a3,
-            q1 + half * a4,
-            q2 + half * a5,
-            q3 + half * a6,
-            w0 + half * a7,
-            w1 + half * a8,
-            w2 + half * a9,
-        ),
-        wrench_mid,
-        wind,
-    )
-    b0, b1, b2, b3, b4, b5, b6, b7, b8, b9 = second
-    third = derivative(
-        (
-            v0 + half * b0,
-            v1 + half * b1,
-            v2 + half * b2,
-            q0 + half * b3,
-            q1 + half * b4,
-            q2 + half * b5,
-            q3 + half * b6,
-            w0 + half * b7,
-            w1 + half * b8,
-            w2 + half * b9,
-        ),
-        wrench_mid,
-        wind,
-    )
-    c0, c1, c2, c3, c4, c5, c6, c7, c8, c9 = third
-    fourth = derivative(
-        (
-            v0 + step_s * c0,
-            v1 + step_s * c1,
-            v2 + step_s * c2,
-            q0 + step_s * c3,
-            q1 + step_s * c4,
-            q2 + step_s * c5,
-            q3 + step_s * c6,
-            w0 + step_s * c7,
-            w1 + step_s * c8,
-            w2 + step_s * c9,
-        ),
-        wrench_end,
-        wind,
-    )
-    d0, d1, d2, d3, d4, d5, d6, d7, d8, d9 = fourth
-    sixth = step_s / 6.0
-    q0 += sixth * (a3 + 2.0 * (b3 + c3) + d3)
-    q1 += sixth * (a4 + 2.0 * (b4 + c4) + d4)
-    q2 += sixth * (a5 + 2.0 * (b5 + c5) + d5)
-    q3 += sixth * (a6 + 2.0 * (b6 + c6) + d6)
-    norm = sqrt(q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
-    # h v + h^2/6 (a + b + c) is what the same method gives for the position.
-    reach = step_s * sixth
-    return (
-        (
-            step_s * v0 + reach * (a0 + b0 + c0),
-            step_s * v1 + reach * (a1 + b1 + c1),
-            step_s * v2 + reach * (a2 + b2 + c2),
-        ),
-        (
-            v0 + sixth * (a0 + 2.0 * (b0 + c0) + d0),
-            v1 + sixth * (a1 + 2.0 * (b1 + c1) + d1),
-            v2 + sixth * (a2 + 2.0 * (b2 + c2) + d2),
-            q0 / norm,
-            q1 / norm,
-            q2 / norm,
-            q3 / norm,
-            w0 + sixth * (a7 + 2.0 * (b7 + c7) + d7),
-            w1 + sixth * (a8 + 2.0 * (b8 + c8) + d8),
-            w2 + sixth * (a9 + 2.0 * (b9 + c9) + d9),
-        ),
+    """One step of a body's motion, see `equations.runge_kutta_step`."""
+    return equations.runge_kutta_step(
+        derivative.body, motion, first, wrench_mid, wrench_end, wind, step_s
     )

@@ -3,12 +3,29 @@
 from collections.abc import Callable, Sequence
 from math import exp, isfinite
 
+from sitl_shim.plant.equations import (
+    Arms,
+    Four,
+    Lag,
+    ThrustMap,
+    Wrench,
+    lag_signals,
+    thrusts_of,
+    wrench_of,
+)
 from sitl_shim.plant.vehicle import VehicleModel
 
-Four = tuple[float, float, float, float]
-
-Wrench = tuple[float, float, float, float]
-"""Thrust along the body's z (N), and torque about its x, y, z (N m), FLU."""
+__all__ = [
+    "Four",
+    "Wrench",
+    "arms_of",
+    "lag_of",
+    "make_lag",
+    "make_thrusts",
+    "make_wrench",
+    "sane_commands",
+    "thrust_map_of",
+]
 
 
 def sane_commands(commands: Sequence[float]) -> Four:
@@ -31,31 +48,15 @@ def sane_commands(commands: Sequence[float]) -> Four:
     return (first, second, third, fourth)
 
 
-def make_lag(time_constant_s: float, step_s: float) -> Callable[[Four, Four], tuple[Four, Four]]:
-    """The first-order lag, exact for a command held over the step.
-
-    Returns:
-        A function of signals and held targets that gives the signals after half a step and
-        after a whole one.
-    """
-    half = exp(-0.5 * step_s / time_constant_s)
-    whole = exp(-step_s / time_constant_s)
-
-    def advance(signals: Four, targets: Four) -> tuple[Four, Four]:
-        a, b, c, d = targets
-        da, db, dc, dd = signals[0] - a, signals[1] - b, signals[2] - c, signals[3] - d
-        return (
-            (a + half * da, b + half * db, c + half * dc, d + half * dd),
-            (a + whole * da, b + whole * db, c + whole * dc, d + whole * dd),
-        )
-
-    return advance
+def lag_of(time_constant_s: float, step_s: float) -> Lag:
+    """What a first-order lag leaves of a distance after half a step and after a whole one."""
+    return (exp(-0.5 * step_s / time_constant_s), exp(-step_s / time_constant_s))
 
 
-def make_thrusts(
+def thrust_map_of(
     vehicle: VehicleModel, thrust_scale: float, factors: Four = (1.0, 1.0, 1.0, 1.0)
-) -> Callable[[Four], Four]:
-    """The thrust map: signals to the thrust of each rotor, N.
+) -> ThrustMap:
+    """From signals to thrusts.
 
     Args:
         vehicle: the vehicle.
@@ -67,21 +68,11 @@ def make_thrusts(
     square = shape * vehicle.propulsion.max_thrust_n * thrust_scale
     l1, l2, l3, l4 = (linear * factor for factor in factors)
     s1, s2, s3, s4 = (square * factor for factor in factors)
-
-    def thrusts(signals: Four) -> Four:
-        a, b, c, d = signals
-        return (
-            (l1 + s1 * a) * a,
-            (l2 + s2 * b) * b,
-            (l3 + s3 * c) * c,
-            (l4 + s4 * d) * d,
-        )
-
-    return thrusts
+    return (l1, l2, l3, l4, s1, s2, s3, s4)
 
 
-def make_wrench(vehicle: VehicleModel) -> Callable[[Four], Wrench]:
-    """Sum of the rotors' thrusts, of their moments and of their reaction torques.
+def arms_of(vehicle: VehicleModel) -> Arms:
+    """Where the rotors are and how they turn.
 
     A thrust T at (x, y) gives the torque (y T, -x T); a rotor that turns counter-clockwise
     turns the body clockwise, which is negative about FLU z.
@@ -89,14 +80,29 @@ def make_wrench(vehicle: VehicleModel) -> Callable[[Four], Wrench]:
     (x1, y1, _), (x2, y2, _), (x3, y3, _), (x4, y4, _) = (r.position_flu_m for r in vehicle.rotors)
     per_thrust = vehicle.propulsion.torque_per_thrust_m
     k1, k2, k3, k4 = (-per_thrust if r.spin == "ccw" else per_thrust for r in vehicle.rotors)
+    return (x1, x2, x3, x4, y1, y2, y3, y4, k1, k2, k3, k4)
 
-    def wrench(thrusts: Four) -> Wrench:
-        a, b, c, d = thrusts
-        return (
-            a + b + c + d,
-            y1 * a + y2 * b + y3 * c + y4 * d,
-            -(x1 * a + x2 * b + x3 * c + x4 * d),
-            k1 * a + k2 * b + k3 * c + k4 * d,
-        )
 
-    return wrench
+def make_lag(time_constant_s: float, step_s: float) -> Callable[[Four, Four], tuple[Four, Four]]:
+    """The first-order lag, exact for a command held over the step.
+
+    Returns:
+        A function of signals and held targets that gives the signals after half a step and
+        after a whole one.
+    """
+    lag = lag_of(time_constant_s, step_s)
+    return lambda signals, targets: lag_signals(lag, signals, targets)
+
+
+def make_thrusts(
+    vehicle: VehicleModel, thrust_scale: float, factors: Four = (1.0, 1.0, 1.0, 1.0)
+) -> Callable[[Four], Four]:
+    """The thrust map (see `thrust_map_of`): signals to the thrust of each rotor, N."""
+    thrust_map = thrust_map_of(vehicle, thrust_scale, factors)
+    return lambda signals: thrusts_of(thrust_map, signals)
+
+
+def make_wrench(vehicle: VehicleModel) -> Callable[[Four], Wrench]:
+    """Sum of the rotors' thrusts, of their moments and of their reaction torques."""
+    arms = arms_of(vehicle)
+    return lambda thrusts: wrench_of(arms, thrusts)

@@ -26,9 +26,6 @@ class Clock:
         """What it reads."""
         return {"TIMESYNC": self._timesync, "PING": self._ping}
 
-    def step(self, now_us: int) -> None:
-        """Its own questions are streams."""
-
     def _timesync(self, link: int, message: Message) -> None:
         if message.tc1 == 0:
             now_ns = self._context.sim.stamp_us * 1000

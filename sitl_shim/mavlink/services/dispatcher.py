@@ -1,7 +1,7 @@
 """Leads each message that comes in to the microservice that reads it."""
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from sitl_shim.mavlink.services.clock import Clock
 from sitl_shim.mavlink.services.context import Context
@@ -30,6 +30,11 @@ class Service(Protocol):
     def handlers(self) -> Mapping[str, Handler]:
         """What it reads, by the name of the message."""
 
+
+@runtime_checkable
+class Sender(Protocol):
+    """A microservice that sends of its own accord."""
+
     def step(self, now_us: int) -> None:
         """Send what is due at this tick; called every 4 ms once the links are up."""
 
@@ -44,7 +49,7 @@ class Services:
     def __init__(self, context: Context) -> None:
         poses = ExternalPoses(context)
         logs = FlightLogs(context.sim, context.personality.name)
-        self._services: tuple[Service, ...] = (
+        services: tuple[Service, ...] = (
             Clock(context, on_answer=poses.timesync_answer),
             poses,
             Parameters(context),
@@ -56,8 +61,9 @@ class Services:
             SigningSetup(context),
         )
         self._handlers: dict[str, Handler] = {}
-        for service in self._services:
+        for service in services:
             self._handlers.update(service.handlers)
+        self._senders = tuple(service for service in services if isinstance(service, Sender))
 
     def handle(self, link: int, message: Message) -> bool:
         """Lead a message to its service; False if there is none for it."""
@@ -69,8 +75,8 @@ class Services:
 
     def step(self, now_us: int) -> None:
         """Let every service send what is due at this tick."""
-        for service in self._services:
-            service.step(now_us)
+        for sender in self._senders:
+            sender.step(now_us)
 
 
 def _tree(context: Context, logs: FlightLogs) -> FileTree:

@@ -47,9 +47,6 @@ class ExternalPoses:
         """What it reads."""
         return {"ODOMETRY": self._odometry}
 
-    def step(self, now_us: int) -> None:
-        """Nothing leaves."""
-
     def timesync_answer(self, link: int, message: Message) -> None:
         """A client's answer to TIMESYNC, by which its time stamps will be read."""
         now_us = self._context.sim.stamp_us

@@ -101,6 +101,8 @@ class Files:
     def step(self, now_us: int) -> None:
         """Send the next part of the bursts, and close what is no longer read."""
         for link, desk in enumerate(self._desks):
+            if desk.burst is None and not desk.sessions:
+                continue
             if desk.burst is not None:
                 self._note_use(desk, desk.burst.request)
             if desk.sessions:

@@ -55,6 +55,8 @@ class Logs:
         if text is not None:
             for link in range(len(self._context.links)):
                 self._context.say(link, _INFO, text)
+        if not self._lists and not self._downloads:
+            return
         for link, entries in list(self._lists.items()):
             batch = list(islice(entries, _PER_TICK))
             self._send(link, batch)

@@ -64,6 +64,8 @@ class Parameters:
             _, name = self._changed.popleft()
             for each in self._context.links:
                 each.send(self._value(name))
+        if not self._lists:
+            return
         for link, rest in list(self._lists.items()):
             batch = list(islice(rest, _PER_TICK))
             for message in batch:

@@ -39,9 +39,6 @@ class PositionSetpoints:
             "SET_POSITION_TARGET_GLOBAL_INT": self._global,
         }
 
-    def step(self, now_us: int) -> None:
-        """Nothing is sent."""
-
     def _local(self, link: int, message: Message) -> None:
         frame = message.coordinate_frame
         known = frame in (_LOCAL_NED, *_OFFSET_FRAMES, *_BODY_FRAMES)

@@ -25,9 +25,6 @@ class SigningSetup:
         """What it reads."""
         return {"SETUP_SIGNING": self._set_up}
 
-    def step(self, now_us: int) -> None:
-        """It sends nothing: a key is not acknowledged."""
-
     def _set_up(self, link: int, message: Message) -> None:
         context = self._context
         if not context.concerns(message, any_system=True) or context.sim.autopilot.armed:

@@ -1,0 +1,72 @@
+"""Equations that run at every tick, compiled by numba where it is installed; plain otherwise.
+
+An equation is written once, in plain Python on floats and on tuples of floats, in a module of
+nothing but such.  `compiled` gives it back as machine code, or as it is.  Both give the same bits:
+no option lets the compiler change the order of a sum, and it takes square roots and sines from
+where Python takes them.
+
+The machine code is kept beside the module, or in the user's cache where that cannot be written, so
+only the very first use compiles (docs/decisions/0019-compiled-plant.md).
+``SITL_SHIM_COMPILED=0`` in the environment leaves everything plain.
+"""
+
+import os
+from collections.abc import Callable
+from functools import cache
+from importlib.util import find_spec
+from typing import Any, Final, TypeVar, cast
+
+VARIABLE: Final = "SITL_SHIM_COMPILED"
+FLOAT: Final = 0
+BOOLEAN: Final = -1
+
+Equation = Callable[..., Any]
+Function = TypeVar("Function", bound=Equation)
+
+
+def compiling() -> bool:
+    """Whether equations are compiled from now on: numba is there, and not switched off."""
+    return os.environ.get(VARIABLE, "1") != "0" and find_spec("numba") is not None
+
+
+def compiled(function: Function, *shapes: int, parts: tuple[Equation, ...] = ()) -> Function:
+    """An equation as machine code if that is to be had, else itself.
+
+    Args:
+        function: takes and gives floats, booleans, and tuples of floats.
+        shapes: of its arguments: the length of a tuple, `FLOAT` or `BOOLEAN`.
+        parts: functions of the same module that it calls.
+    """
+    if not compiling():
+        return function
+    return cast("Function", _machine_code(function, shapes, parts))
+
+
+@cache
+def _machine_code(
+    function: Equation, shapes: tuple[int, ...], parts: tuple[Equation, ...]
+) -> Equation:
+    from numba import boolean, float64, njit, types
+
+    for part in parts:
+        _make_callable(part)
+    kinds = {FLOAT: float64, BOOLEAN: boolean}
+    signature = tuple(
+        kinds.get(shape) or types.UniTuple(float64, shape)  # type: ignore[no-untyped-call]
+        for shape in shapes
+    )
+    try:
+        dispatcher = njit([signature], cache=True)(function)
+    except RuntimeError:  # nowhere to keep it: this process compiles for itself
+        dispatcher = njit([signature])(function)
+    # The machine code itself, without the search for the one that fits the arguments' types.
+    machine_code: Equation = dispatcher.get_overload(signature)
+    return machine_code
+
+
+@cache
+def _make_callable(function: Equation) -> None:
+    """Let machine code call a plain function; it stays plain for everybody else."""
+    from numba.extending import register_jitable
+
+    register_jitable(function)
