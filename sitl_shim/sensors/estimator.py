@@ -2,15 +2,17 @@
 
 from collections import deque
 from dataclasses import dataclass
-from math import cos, exp, radians, sin, sqrt
+from math import exp, radians, sqrt
 
 import numpy as np
 import numpy.typing as npt
 
+from sitl_shim.compiled import compiled
 from sitl_shim.frames import Quaternion, Vector3
 from sitl_shim.plant.state import PlantState
 from sitl_shim.plant.vehicle import GRAVITY_M_S2, VehicleModel
 from sitl_shim.sensors.drift import DriftStep, drift_step
+from sitl_shim.sensors.errors import Noise, with_errors
 from sitl_shim.sensors.profile import SensorProfile
 
 _SEED_STREAM = 3
@@ -56,8 +58,9 @@ class Estimator:
         )
         self._profile = profile
         self._at_rest_thrust_n = 0.05 * vehicle.mass_kg * GRAVITY_M_S2
+        self._with_errors = compiled(with_errors, _DRAWS, 3, 3, 4, 3, 3, 3, 3, 3)
         self._scale, self._offset = self._white_part(profile, vehicle.spread.trim_deg)
-        self._noise: list[list[float]] = []
+        self._noise: list[Noise] = []
         self._index = 0
 
         error = profile.attitude
@@ -104,7 +107,7 @@ class Estimator:
         index = self._index
         if index >= len(self._noise):
             white = self._generator.standard_normal((_BLOCK, _DRAWS))
-            self._noise = (white * self._scale + self._offset).tolist()
+            self._noise = [tuple(row) for row in (white * self._scale + self._offset).tolist()]
             index = 0
         noise = self._noise[index]
         self._index = index + 1
@@ -119,17 +122,24 @@ class Estimator:
                 self._advance_drift(self._drift_steps, state, noise)
         self._last_time_s = time_s
 
-        position, velocity = self._pose(state, noise)
-        p, q, r = state.rate_flu_rad_s
-        x, y, z = state.acceleration_enu_m_s2
-        return Estimate(
-            time_s,
+        delays = self._delays
+        position, velocity = (
+            self._late_pose(state) if delays else (state.position_enu_m, state.velocity_enu_m_s)
+        )
+        position, velocity, attitude, rate, acceleration = self._with_errors(
+            noise,
             position,
             velocity,
-            self._attitude(state.attitude_flu_to_enu, noise),
-            (p + noise[9], q + noise[10], r + noise[11]),
-            (x + noise[12], y + noise[13], z + noise[14]),
+            state.attitude_flu_to_enu,
+            state.rate_flu_rad_s,
+            state.acceleration_enu_m_s2,
+            self._half_wander,
+            self._drift_position,
+            self._drift_velocity,
         )
+        if delays:
+            position, velocity = self._hold(time_s, (position, velocity))
+        return Estimate(time_s, position, velocity, attitude, rate, acceleration)
 
     def _set_step(self, step_s: float) -> None:
         self._step_s = step_s
@@ -143,7 +153,7 @@ class Estimator:
         self._wander_decay = exp(-step_s / self._profile.attitude.wander_time_s)
         self._wander_kick = sqrt(1.0 - self._wander_decay**2)
 
-    def _advance_wander(self, noise: list[float]) -> None:
+    def _advance_wander(self, noise: Noise) -> None:
         decay, kick = self._wander_decay, self._wander_kick
         (a, b, c), (sa, sb, sc) = self._half_wander, self._half_wander_size
         self._half_wander = (
@@ -153,7 +163,7 @@ class Estimator:
         )
 
     def _advance_drift(
-        self, steps: tuple[DriftStep, DriftStep, DriftStep], state: PlantState, noise: list[float]
+        self, steps: tuple[DriftStep, DriftStep, DriftStep], state: PlantState, noise: Noise
     ) -> None:
         if state.on_ground and sum(state.rotor_thrust_n) < self._at_rest_thrust_n:
             # A vehicle that stands still knows it (zero-velocity update).
@@ -173,45 +183,21 @@ class Estimator:
             z[2] * ez + z[3] * fz + z[5] * n2 + z[6] * n5,
         )
 
-    def _pose(self, state: PlantState, noise: list[float]) -> tuple[Vector3, Vector3]:
-        """Position and velocity: late and held if so set, with noise and drift."""
-        (x, y, z), (vx, vy, vz) = state.position_enu_m, state.velocity_enu_m_s
-        if self._delays:
-            past = self._past
-            past.append((state.time_s, state.position_enu_m, state.velocity_enu_m_s))
-            if self._held is not None and state.time_s < self._next_pose_s - 1e-9:
-                return self._held
-            due_s = state.time_s - self._profile.pose_delay_s + 1e-9
-            while len(past) > 1 and past[1][0] <= due_s:
-                past.popleft()
-            _, (x, y, z), (vx, vy, vz) = past[0]
-        (ex, ey, ez), (fx, fy, fz) = self._drift_position, self._drift_velocity
-        pose = (
-            (x + ex + noise[0], y + ey + noise[1], z + ez + noise[2]),
-            (vx + fx + noise[3], vy + fy + noise[4], vz + fz + noise[5]),
-        )
+    def _late_pose(self, state: PlantState) -> tuple[Vector3, Vector3]:
+        """True position and velocity of a while ago."""
+        past = self._past
+        past.append((state.time_s, state.position_enu_m, state.velocity_enu_m_s))
+        due_s = state.time_s - self._profile.pose_delay_s + 1e-9
+        while len(past) > 1 and past[1][0] <= due_s:
+            past.popleft()
+        _, position, velocity = past[0]
+        return position, velocity
+
+    def _hold(self, time_s: float, pose: tuple[Vector3, Vector3]) -> tuple[Vector3, Vector3]:
+        """The pose, if a new one is due; else the last that was."""
+        if self._held is not None and time_s < self._next_pose_s - 1e-9:
+            return self._held
         if self._profile.pose_rate_hz > 0.0:
             self._held = pose
             self._next_pose_s += 1.0 / self._profile.pose_rate_hz
         return pose
-
-    def _attitude(self, truth: Quaternion, noise: list[float]) -> Quaternion:
-        """Truth with a yaw error about up (from the left) and a tilt error (from the right).
-
-        Roll and pitch error are a rotation vector of a few degrees, taken to second order.
-        """
-        w, x, y, z = truth
-        roll, pitch, yaw = self._half_wander
-        half_roll, half_pitch, half_yaw = roll + noise[6], pitch + noise[7], yaw + noise[8]
-        rest = 1.0 - 0.5 * (half_roll * half_roll + half_pitch * half_pitch)
-        w, x, y, z = (
-            w * rest - x * half_roll - y * half_pitch,
-            x * rest + w * half_roll - z * half_pitch,
-            y * rest + w * half_pitch + z * half_roll,
-            z * rest + x * half_pitch - y * half_roll,
-        )
-        if half_yaw != 0.0:
-            c, s = cos(half_yaw), sin(half_yaw)
-            w, x, y, z = c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w
-        scale = 1.0 / sqrt(w * w + x * x + y * y + z * z)
-        return (w * scale, x * scale, y * scale, z * scale)
