@@ -9,7 +9,7 @@ from benchmarks.tick.contenders import Contender, Made
 from benchmarks.tick.problem import AXES, Problem, TickInput, vectors_of
 from companion.control.reference_model import Array
 
-_TOLERANCE = 1e-6
+_TOLERANCE = 1e-9
 
 
 def make(problem: Problem, ticks: Sequence[TickInput]) -> Made:

@@ -52,7 +52,6 @@ _FILES = (
     "clarabel_condensed",
     "quadprog_condensed",
     "cplex_condensed",
-    "tinympc_states",
 )
 
 

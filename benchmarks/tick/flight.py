@@ -7,12 +7,12 @@ import numpy as np
 
 from benchmarks.tick.contenders import Contender, Made
 from benchmarks.tick.ours import memories
-from benchmarks.tick.problem import MODEL, PERIOD_S, Problem, TickInput, mpc_settings
+from benchmarks.tick.problem import AXES, MODEL, PERIOD_S, Problem, TickInput, mpc_settings
 from benchmarks.tick.record import HOVER_S, TICKS
 from companion.config.resolve import load_flight
 from companion.control.frameworks import Reference, Tick
 from companion.control.inner import L1Controller
-from companion.control.l1_adaptive import first_order_gains
+from companion.control.l1_adaptive import L1Memory, first_order_gains
 from companion.control.mpc import Mpc
 from companion.control.qp.daqp_solver import DaqpSolver
 from companion.control.qp.osqp_solver import OsqpSolver
@@ -44,7 +44,13 @@ def make_laws(problem: Problem, ticks: Sequence[TickInput], make_solver: QpSolve
     """The two laws alone: `Mpc.step`, then the L1 controller's step with its reference."""
     outer, inner = _outer(problem, make_solver), _inner()
     known = memories(outer, ticks)
-    memory = [inner.start(ticks[0].position_m, ticks[0].velocity_m_s, np.zeros(3))[0]]
+    memory = [_begun(inner, ticks[0])]
+    last = [-1]
+
+    def prepare(k: int) -> None:
+        if ticks[k].number != last[0] + 1 or ticks[k].number % TICKS == 0:
+            memory[0] = _begun(inner, ticks[k])
+        last[0] = ticks[k].number
 
     def step(k: int) -> Array:
         tick = ticks[k]
@@ -53,7 +59,12 @@ def make_laws(problem: Problem, ticks: Sequence[TickInput], make_solver: QpSolve
         memory[0], _ = inner.step(memory[0], r2, position, velocity, PERIOD_S)
         return r2
 
-    return Made(step)
+    return Made(step, prepare)
+
+
+def _begun(inner: L1Controller, tick: TickInput) -> L1Memory:
+    """The inner law where a flight begins: a leap of the state would look like a disturbance."""
+    return inner.start(tick.position_m, tick.velocity_m_s, np.zeros(AXES))[0]
 
 
 def make_stack(problem: Problem, ticks: Sequence[TickInput], make_solver: QpSolverFactory) -> Made:
@@ -69,21 +80,23 @@ def make_stack(problem: Problem, ticks: Sequence[TickInput], make_solver: QpSolv
     known = memories(outer, ticks)
     states = [
         VehicleState(
-            time_s=PERIOD_S * k,
+            time_s=PERIOD_S * tick.number,
             position_enu_m=_triple(tick.position_m),
             velocity_enu_m_s=_triple(tick.velocity_m_s),
             attitude_flu_to_enu=_LEVEL,
             rate_flu_rad_s=(0.0, 0.0, 0.0),
         )
-        for k, tick in enumerate(ticks)
+        for tick in ticks
     ]
-    references = [_reference(k // TICKS) for k in range(len(ticks))]
+    references = [_reference(tick.number // TICKS) for tick in ticks]
     due = [Tick(state, loop_delay_s=0.0, desired_yaw_rad=0.0) for state in states]
     memory = [stack.start(states[0])]
+    last = [-1]
 
     def prepare(k: int) -> None:
-        if states[k].time_s <= memory[0].sample_s:
+        if ticks[k].number != last[0] + 1 or ticks[k].number % TICKS == 0:
             memory[0] = stack.start(replace(states[k], time_s=states[k].time_s - PERIOD_S))
+        last[0] = ticks[k].number
         memory[0] = replace(memory[0], outer=known[k])
 
     def step(k: int) -> Array:

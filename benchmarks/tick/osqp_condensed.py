@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.tick.contenders import Contender, Made
-from benchmarks.tick.osqp_settings import SETTINGS, TOLERANCE
+from benchmarks.tick.osqp_settings import CONDENSED_TOLERANCE, settings
 from benchmarks.tick.problem import AXES, Problem, TickInput, vectors_of
 from companion.control.reference_model import Array
 
@@ -22,7 +22,14 @@ def make(problem: Problem, ticks: Sequence[TickInput]) -> Made:
         solver = osqp.OSQP()
         hessian = sparse.csc_matrix(np.triu(axis.hessian))
         second = sparse.csc_matrix(axis.second_difference)
-        solver.setup(hessian, np.zeros(n), second, -np.ones(n), np.ones(n), **SETTINGS)
+        solver.setup(
+            hessian,
+            np.zeros(n),
+            second,
+            -np.ones(n),
+            np.ones(n),
+            **settings(CONDENSED_TOLERANCE),
+        )
         solvers.append(solver)
 
     def step(k: int) -> Array:
@@ -38,5 +45,11 @@ def make(problem: Problem, ticks: Sequence[TickInput]) -> Made:
 
 
 CONTENDERS = [
-    Contender("OSQP condensed, per axis", "library", make, "osqp", f"eps {TOLERANCE:g}, warm")
+    Contender(
+        "OSQP condensed, per axis",
+        "library",
+        make,
+        "osqp",
+        f"eps {CONDENSED_TOLERANCE:g}, warm",
+    )
 ]

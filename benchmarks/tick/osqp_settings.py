@@ -2,11 +2,11 @@
 
 from typing import Any
 
-TOLERANCE = 1e-5
-SETTINGS: dict[str, Any] = {
+SPARSE_TOLERANCE = 3e-6
+CONDENSED_TOLERANCE = 1e-5
+"""Such that the first input is right to a millimetre."""
+_COMMON: dict[str, Any] = {
     "verbose": False,
-    "eps_abs": TOLERANCE,
-    "eps_rel": TOLERANCE,
     "max_iter": 4000,
     "adaptive_rho": True,
     "adaptive_rho_interval": 25,
@@ -15,3 +15,8 @@ SETTINGS: dict[str, Any] = {
     "check_termination": 10,
 }
 """The interval of adaptive rho is a count and not a time, so that a run can be repeated."""
+
+
+def settings(tolerance: float) -> dict[str, Any]:
+    """All settings, for an absolute and relative tolerance."""
+    return _COMMON | {"eps_abs": tolerance, "eps_rel": tolerance}

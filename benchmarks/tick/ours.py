@@ -15,9 +15,7 @@ from companion.control.reference_model import Array
 def memories(mpc: Mpc, ticks: Sequence[TickInput]) -> list[MpcMemory]:
     """What the controller remembers at each tick: the references that were recorded."""
     return [
-        replace(
-            mpc.start(tick.previous_m), applied_r_before_m=mpc.start(tick.before_m).applied_r_m
-        )
+        replace(mpc.start(tick.previous_m), applied_r_before_m=mpc.start(tick.before_m).applied_r_m)
         for tick in ticks
     ]
 

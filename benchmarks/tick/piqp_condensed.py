@@ -9,7 +9,7 @@ from benchmarks.tick.contenders import Contender, Made
 from benchmarks.tick.problem import AXES, Problem, TickInput, vectors_of
 from companion.control.reference_model import Array
 
-_TOLERANCE = 1e-5
+_TOLERANCE = 1e-8
 
 
 def make(problem: Problem, ticks: Sequence[TickInput]) -> Made:
@@ -41,6 +41,4 @@ def make(problem: Problem, ticks: Sequence[TickInput]) -> Made:
     return Made(step)
 
 
-CONTENDERS = [
-    Contender("PIQP dense, per axis", "library", make, "piqp", f"eps {_TOLERANCE:g}")
-]
+CONTENDERS = [Contender("PIQP dense, per axis", "library", make, "piqp", f"eps {_TOLERANCE:g}")]

@@ -43,6 +43,8 @@ class Problem:
 class TickInput:
     """What a controller is given at one tick: ENU m and m/s."""
 
+    number: int
+    """Among the recorded ticks."""
     position_m: Array
     velocity_m_s: Array
     previous_m: Array
@@ -86,6 +88,7 @@ def tick_inputs(recording: Recording, horizon: int) -> list[TickInput]:
     """The recorded inputs with a preview of this horizon."""
     return [
         TickInput(
+            int(recording.number[k]),
             recording.position_m[k],
             recording.velocity_m_s[k],
             recording.previous_m[k],

@@ -13,7 +13,7 @@ from benchmarks.tick.contenders import Contender, Made
 from benchmarks.tick.problem import AXES, Problem, TickInput, vectors_of
 from companion.control.reference_model import Array
 
-_TOLERANCE = 1e-5
+_TOLERANCE = 1e-8
 
 
 def make(problem: Problem, ticks: Sequence[TickInput]) -> Made:

@@ -1,2 +1,0 @@
-"""TinyMPC stub to be written."""
-CONTENDERS = []
