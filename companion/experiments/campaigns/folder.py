@@ -5,19 +5,11 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from companion.config.yaml_source import ConfigError
-from companion.experiments.campaigns.manifest import Manifest, read_manifest
+from companion.experiments.campaigns.manifest import read_manifest
 from companion.experiments.campaigns.plan import Plan
-from companion.experiments.campaigns.results import (
-    RESULTS,
-    Row,
-    is_done,
-    read_journal,
-    results_table,
-)
-from companion.experiments.flight_store import need_pyarrow
+from companion.experiments.campaigns.results import Row, is_done, read_journal
 
 _LOCK = ".lock"
 
@@ -68,23 +60,3 @@ def rows_before(folder: Path, plan: Plan, *, resume: bool) -> list[Row]:
             "it."
         )
     return rows
-
-
-def read_results(folder: Path) -> tuple[Manifest, Any]:
-    """A campaign and the table of its results so far, whether it still runs, ended or was killed.
-
-    Raises:
-        ConfigError: it is no campaign's folder.
-        MissingExtraError: pyarrow is not installed.
-        OSError: it can't be read.
-    """
-    need_pyarrow()
-    manifest = read_manifest(folder)
-    if manifest is None:
-        raise ConfigError(f"{folder}: no campaign (there is no campaign.json). Give its folder.")
-    rows = read_journal(folder)
-    if rows or not (folder / RESULTS).is_file():
-        return manifest, results_table(rows, manifest.parameters)
-    import pyarrow.parquet as parquet
-
-    return manifest, parquet.read_table(folder / RESULTS)

@@ -145,6 +145,16 @@ def test_a_plan_is_known_by_what_it_flies_and_not_by_how_the_file_is_written(wri
     assert load_plan(written(BASE.replace("trajectory: 4", "trajectory: 3"))).digest != digest
 
 
+def test_the_documentations_example_can_be_flown(written, tmp_path):
+    text = (Path(__file__).parents[4] / "docs" / "campaigns.md").read_text()
+    example = text.partition("```yaml\n")[2].partition("```")[0]
+
+    tasks = checked_tasks(load_plan(written(example)), tmp_path)
+
+    assert len(tasks) == 160
+    assert f"That is {len(tasks)} flights" in text
+
+
 @pytest.mark.parametrize("name", shipped_names("campaign"))
 def test_every_shipped_campaign_can_be_flown(name, tmp_path):
     plan = load_plan(name)
