@@ -135,18 +135,20 @@ class _Probe:
             sent_s = _NOW_S - k * self.sample_s
             x, y, z = (sent_s + delay_s for delay_s in self.delays_s)
             acting.append(Acting((x, y, z), _vector(axis, float(xi[_INPUTS + k - 1]))))
+        a, rate = xi[_ACTUATION].tolist()
+        actuation = list(zip(_vector(axis, a), _vector(axis, rate), strict=True))
         sensed = replace(
             at_rest.sensed,
             predictor=PredictorMemory(of_axis(xi[_ESTIMATE], (3,)), self.covariance),
-            sigma_low_passed=of_axis(xi[_LOW_PASSED], ()),
-            actuation=of_axis(xi[_ACTUATION], (2,)),
+            sigma_low_passed=_vector(axis, float(xi[_LOW_PASSED])),
+            actuation=(actuation[0], actuation[1], actuation[2]),
             modelled=of_axis(xi[_MODELLED], (2,)),
         )
         return replace(
             at_rest,
             sample_s=_NOW_S - self.sample_s,
             sensed=sensed,
-            deviation=of_axis(xi[DEVIATION], ()),
+            deviation=_vector(axis, float(xi[DEVIATION])),
             acting=tuple(acting),
             planner=PlannerMemory(math.inf, (math.nan,) * 3),  # the horizon is not looked at
         )

@@ -149,17 +149,21 @@ class AxisPlan:
         """
         way = self._optimal @ start
         u = flat.input + way[:, STATES]
-        before = np.concatenate([[flat.input[0] + start[STATES]], u[:-1]])
+        steps = u.copy()
+        steps[0] -= flat.input[0] + start[STATES]
+        steps[1:] -= u[:-1]
         position, velocity = flat.position + way[:, 0], flat.velocity + way[:, 1]
-        out = (
-            (u > bounds.input_high + _TOLERANCE).any()
-            or (u < bounds.input_low - _TOLERANCE).any()
-            or (np.abs(u - before) > bounds.input_step + _TOLERANCE).any()
-            or (np.abs(velocity) > bounds.speed + _TOLERANCE).any()
-            or (position < bounds.low_m - _TOLERANCE).any()
-            or (position > bounds.high_m + _TOLERANCE).any()
+        beyond = np.concatenate(
+            [
+                u - bounds.input_high,
+                bounds.input_low - u,
+                np.abs(steps) - bounds.input_step,
+                np.abs(velocity) - bounds.speed,
+                bounds.low_m - position,
+                position - bounds.high_m,
+            ]
         )
-        return bool(out), position
+        return bool(beyond[beyond.argmax()] > _TOLERANCE), position
 
     def solve(self, start: Array, flat: Flat, bounds: Bounds) -> "AxisSolution":
         """The constrained optimum; arguments as for `violated`."""

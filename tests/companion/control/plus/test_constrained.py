@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from companion.control.plus.constrained import AxisPlan, Bounds, Flat, Horizon
 from companion.control.plus.feedback import FeedbackSettings, feedback
 from companion.control.plus.nominal_plant import discrete
+from companion.control.qp.daqp_solver import DaqpSolver
 from companion.control.qp.osqp_solver import OsqpSolver
 from companion.control.qp.port import QpSolution
 from tests.companion.control.plus.examples import CLIMBING, THRUSTING, vectors
@@ -59,7 +60,7 @@ def bounds(u=FAR, step=FAR, speed=FAR, low=-FAR, high=FAR):
     return Bounds(np.full(STEPS, -u), np.full(STEPS, u), step, speed, low, high)
 
 
-def receding(plant, axis, start, limits, steps, target=0.0, weights=SETTINGS):
+def receding(plant, axis, start, limits, steps, target=0.0, weights=SETTINGS, factory=OsqpSolver):
     """The vehicle under the first step of plan after plan: states (steps + 1, 5).
 
     Args:
@@ -70,8 +71,9 @@ def receding(plant, axis, start, limits, steps, target=0.0, weights=SETTINGS):
         steps: how many plans.
         target: where the flat position stays, m; the states are given relative to it.
         weights: of the plans.
+        factory: of the solvers.
     """
-    plan, (a, b) = plan_of(plant, axis, weights=weights), discrete(plant, round(STEP_S * 1e6))
+    plan, (a, b) = plan_of(plant, axis, factory, weights), discrete(plant, round(STEP_S * 1e6))
     x, found = np.array(start, dtype=float), [np.array(start, dtype=float)]
     there = flat(target)
     for _ in range(steps):
@@ -187,11 +189,23 @@ def test_a_box_is_softly_kept_where_the_trajectory_lies_outside(plant, axis, wei
 
 
 @AXES
-@settings(deadline=None, derandomize=True, max_examples=3)
+@settings(deadline=None, derandomize=True, max_examples=6)
 @given(beyond=st.floats(0.1, 2.0), speed=st.floats(0.0, 2.5))
 def test_from_outside_of_every_soft_bound_it_comes_back(plant, axis, beyond, speed):
+    comes_back(plant, axis, beyond, speed, DaqpSolver)
+
+
+@AXES
+@pytest.mark.parametrize(("beyond", "speed"), [(0.1, 0.0), (1.0, 1.25), (2.0, 2.5)])
+def test_with_osqp_it_comes_back_from_most_places(plant, axis, beyond, speed):
+    """From 1.6 m outside at 2 m/s it runs into its limit of iterations, which is told."""
+    comes_back(plant, axis, beyond, speed, OsqpSolver)
+
+
+def comes_back(plant, axis, beyond, speed, factory):
     limits = bounds(u=3.0, speed=1.0, low=-1.0, high=1.0)
-    flown = receding(plant, axis, [1.0 + beyond, speed, 0.0, 0.0, 0.0], limits, 150)
+    start = [1.0 + beyond, speed, 0.0, 0.0, 0.0]
+    flown = receding(plant, axis, start, limits, 150, factory=factory)
     assert abs(flown[-1, 0]) < 0.05
     assert abs(flown[-1, 1]) < 0.05
 
