@@ -1,6 +1,6 @@
 """State in to setpoint out over UDP in real time, seen from outside, beside MAVSDK's asyncio.
 
-    python benchmarks/latency.py [--minutes 10] [--load] [--loop both] [--json] [--keep]
+    python benchmarks/latency.py [--minutes 10] [--load] [--under 'chrt -f 10'] [--json] [--keep]
 
 A shim flies; a relay between it and the client notes when each state leaves for the client and when
 the setpoint that answers it comes back (SET_ATTITUDE_TARGET says the time of its state).  Beside
@@ -11,6 +11,7 @@ MAVSDK: odometry in, attitude out.
 
 import argparse
 import importlib.util
+import json
 import shlex
 import sys
 import tempfile
@@ -19,9 +20,9 @@ from typing import Any
 
 from benchmarks.harness import Report, main
 from benchmarks.real_time.figures import figures_of, lines_of
-from benchmarks.real_time.segment import Client, Segment, fly_segment
+from benchmarks.real_time.loops import compare
+from benchmarks.real_time.segment import Client, Segment, SegmentError, fly_segment
 from companion.experiments.perturbed_plant import scaled, write_plant
-from companion.flight.event_loop import LOOP_VARIABLE
 from tools.soak.figure_eight import write_figure_eight
 
 _VEHICLE = "bebop2"
@@ -37,10 +38,7 @@ def options(parser: argparse.ArgumentParser) -> None:
         "--load", action="store_true", help="the same again with the last processor kept busy"
     )
     parser.add_argument(
-        "--loop",
-        choices=("default", "asyncio", "uvloop", "both"),
-        default="default",
-        help="the companion's event loop; both: in turn [what it takes by itself]",
+        "--loops", action="store_true", help="asyncio's own event loop against uvloop's, alone"
     )
     parser.add_argument(
         "--under",
@@ -57,37 +55,52 @@ def run(asked: argparse.Namespace) -> Report:
     mavsdk = not asked.no_mavsdk and importlib.util.find_spec("mavsdk") is not None
     seconds = 60.0 * asked.minutes
     segments: list[Segment] = []
+    failed: list[str] = []
+
+    def fly(client: Client, *, loaded: bool) -> None:
+        """What fails is told at the end; an hour's other segments are not lost by it."""
+        try:
+            segments.append(fly_segment(client, vehicle, loaded=loaded))
+        except SegmentError as error:
+            failed.append(str(error))
+
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         write_figure_eight(folder / "eight.csv", seconds)
         # Of ten minutes it is to be the companion that is worn out.
         vehicle = write_plant(_VEHICLE, [scaled("battery", "capacity_a_h", by=10.0)], folder / "v")
-        loops = ("asyncio", "uvloop") if asked.loop == "both" else (asked.loop,)
-        variants = [(loop, under) for under in ("", *asked.under) for loop in loops]
         other = _mavsdk(min(seconds, _MAVSDK_AT_MOST_S))
         for loaded in (False, True) if asked.load else (False,):
             for _ in range(asked.rounds):
-                for loop, under in variants:
+                for under in ("", *asked.under):
                     if mavsdk:
-                        segments.append(fly_segment(other, vehicle, loaded=loaded))
-                    flight = folder / f"flight-{len(segments)}"
-                    client = _companion(folder / "eight.csv", flight, loop, under)
-                    segments.append(fly_segment(client, vehicle, loaded=loaded))
+                        fly(other, loaded=loaded)
+                    flight = folder / f"flight-{len(segments) + len(failed)}"
+                    client = _companion(folder / "eight.csv", flight, under)
+                    fly(client, loaded=loaded)
             if mavsdk:
-                segments.append(fly_segment(other, vehicle, loaded=loaded))
-    return _report(segments, left_out=[] if mavsdk or asked.no_mavsdk else ["mavsdk"])
+                fly(other, loaded=loaded)
+    left_out = [] if mavsdk or asked.no_mavsdk else ["mavsdk"]
+    figures, lines = _report(segments)
+    if asked.loops:
+        figures["loops"] = found = compare()
+        if found is None:
+            left_out.append("uvloop")
+        else:
+            lines += [f"loop alone, {name}: {json.dumps(took)}" for name, took in found.items()]
+    lines += [f"left out, not installed: {name}" for name in left_out]
+    lines += [f"FAILED: {what}" for what in failed]
+    return figures | {"left_out": left_out, "failed": failed}, lines
 
 
-def _companion(trajectory: Path, out: Path, loop: str, under: str) -> Client:
+def _companion(trajectory: Path, out: Path, under: str) -> Client:
     command = [
         *shlex.split(under),
         *(sys.executable, "-m", "companion", "fly", "--connect={url}", "--json"),
         *(f"--traj={trajectory}", f"--vehicle={_VEHICLE}", f"--out={out}"),
     ]
     name = f"companion under {under}" if under else "companion"
-    if loop == "default":
-        return Client(name, command)
-    return Client(f"{name} on {loop}", command, environment={LOOP_VARIABLE: loop})
+    return Client(name, command)
 
 
 def _mavsdk(seconds: float) -> Client:
@@ -95,7 +108,7 @@ def _mavsdk(seconds: float) -> Client:
     return Client("MAVSDK asyncio", command, tagged=True)
 
 
-def _report(segments: list[Segment], left_out: list[str]) -> Report:
+def _report(segments: list[Segment]) -> Report:
     figures: dict[str, Any] = {}
     lines: list[str] = []
     kinds = dict.fromkeys((segment.loaded, segment.client) for segment in segments)
@@ -107,8 +120,7 @@ def _report(segments: list[Segment], left_out: list[str]) -> Report:
         if client.startswith("companion"):
             reached = found["p99_above_noise_ms"] <= _GOAL_MS
             lines.append(f"  goal, p99 at most {_GOAL_MS} ms above: {'yes' if reached else 'no'}")
-    lines += [f"left out, not installed: {name}" for name in left_out]
-    return {"clients": figures, "left_out": left_out}, lines
+    return {"clients": figures}, lines
 
 
 if __name__ == "__main__":

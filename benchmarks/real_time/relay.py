@@ -11,20 +11,12 @@ socket(7)), so how late this process itself wakes up does not count.
 import json
 import select
 import socket
-import struct
 import sys
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
 
 from benchmarks.real_time.frames import TAGS, sample_times_ms, setpoint_tags, setpoint_times_ms
-
-_SO_TIMESTAMPNS = getattr(socket, "SO_TIMESTAMPNS", 35)
-_TIMESPEC = struct.Struct("@ll")
-_LARGEST = 65_536
-_NS_PER_S = 1_000_000_000
-
-Address = tuple[str, int]
+from benchmarks.real_time.stamps import Address, receive_stamped, stamped
 
 
 class Seen:
@@ -59,7 +51,7 @@ def main() -> None:
     seen = Seen((lambda ms: ms % TAGS) if tagged else (lambda ms: ms))
     keys = setpoint_tags if tagged else setpoint_times_ms
     vehicle, client = _bound(), _bound()
-    client.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+    stamped(client)
     sys.stdout.write(f"{vehicle.getsockname()[1]}\n")
     sys.stdout.flush()
     _relay(vehicle, client, ("127.0.0.1", int(sys.argv[2])), seen, keys)
@@ -109,20 +101,12 @@ def _waiting(source: socket.socket) -> Iterator[tuple[bytes, Address, int]]:
     """All that waits, with the system's stamps where it gives them."""
     while True:
         try:
-            data, ancillary, _, sender = source.recvmsg(_LARGEST, 64)
+            stamped_one = receive_stamped(source)
         except BlockingIOError:
             return
         except ConnectionRefusedError:
             continue  # the other side is not there yet, or no longer
-        yield data, sender, _stamp_ns(ancillary)
-
-
-def _stamp_ns(ancillary: list[tuple[int, int, Any]]) -> int:
-    for level, kind, value in ancillary:
-        if level == socket.SOL_SOCKET and kind == _SO_TIMESTAMPNS:
-            seconds, nanoseconds = _TIMESPEC.unpack(value[: _TIMESPEC.size])
-            return int(seconds * _NS_PER_S + nanoseconds)
-    return time.time_ns()
+        yield stamped_one
 
 
 if __name__ == "__main__":

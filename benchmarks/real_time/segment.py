@@ -6,9 +6,9 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.harness import ROOT
@@ -32,7 +32,6 @@ class Client:
     """`{url}` in it becomes where the relay speaks to."""
     tagged: bool = False
     """Its setpoints tell their states by their thrusts, not by their times."""
-    environment: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -77,7 +76,7 @@ def fly_segment(client: Client, vehicle: Path, *, loaded: bool) -> Segment:
         noise = stack.enter_context(_beside("timer_noise"))
         url = f"udpin://127.0.0.1:{port}"
         command = [word.replace("{url}", url) for word in client.command]
-        said, memory, share = _watched(command, client.environment)
+        said, memory, share = _watched(command)
         late_ms = json.loads(_rest(noise))
         seen = json.loads(_rest(relay))
     return Segment(
@@ -137,9 +136,7 @@ def _rest(process: "subprocess.Popen[str]") -> str:
     return process.communicate(timeout=_ENDS_WITHIN_S)[0]
 
 
-def _watched(
-    command: Sequence[str], environment: Mapping[str, str]
-) -> tuple[str, list[tuple[float, float]], float]:
+def _watched(command: Sequence[str]) -> tuple[str, list[tuple[float, float]], float]:
     """Run a client: what it said, its memory over its time, and its share of a processor."""
     memory: list[tuple[float, float]] = []
     ticks = 0
@@ -151,7 +148,6 @@ def _watched(
         stderr=subprocess.PIPE,
         text=True,
         cwd=ROOT,
-        env={**os.environ, **environment},
     ) as process:
         try:
             while process.poll() is None:
