@@ -146,7 +146,9 @@ class Shim:
         datagrams: list[Datagram] = []
         for index, link in enumerate(self._links):
             link.stream(sim)
-            datagrams += [Datagram(due_s, index, frame) for frame in link.take(sim.time_us)]
+            frames = link.take(sim.time_us)
+            if frames:
+                datagrams += [Datagram(due_s, index, frame) for frame in frames]
         return datagrams
 
     def _collect_truth(self, due_s: float) -> list[Datagram]:

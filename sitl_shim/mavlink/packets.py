@@ -65,16 +65,35 @@ class Packet:
         self.payload = payload
 
 
-def frame_of(packet: Packet, sequence: int, system_id: int, component_id: int) -> bytes:
-    """A packet as an unsigned MAVLink 2 frame.
+def frame_of(
+    packet: Packet, sequence: int, system_id: int, component_id: int, flags: int = 0
+) -> bytes:
+    """A packet as a MAVLink 2 frame, but for its signature if it has one.
 
     Args:
         packet: what is sent.
         sequence: of the sender, 0..255.
         system_id: of the sender.
         component_id: of the sender.
+        flags: 1 if a signature follows.
     """
-    return _summed(packet, 0, sequence, system_id, component_id)
+    layout = packet.layout
+    # Zeros at the end are left out, but for the first byte.
+    payload = packet.payload.rstrip(b"\0") or b"\0"
+    message_id = layout.message_id
+    header = _HEADER.pack(
+        _MAGIC,
+        len(payload),
+        flags,
+        0,
+        sequence,
+        system_id,
+        component_id,
+        message_id & 0xFFFF,
+        message_id >> 16,
+    )
+    body = header + payload
+    return body + _CHECKSUM.pack(mcrf4xx(body[1:] + layout.seed))
 
 
 def signed_frame_of(
@@ -94,26 +113,6 @@ def signed_frame_of(
         signature: key, link id, and time stamp.
     """
     key, link_id, stamp = signature
-    frame = _summed(packet, _SIGNED, sequence, system_id, component_id)
+    frame = frame_of(packet, sequence, system_id, component_id, _SIGNED)
     frame += _STAMP.pack(link_id, stamp)[:_STAMP_BYTES]
     return frame + hashlib.sha256(key + frame).digest()[:_SIGNATURE_BYTES]
-
-
-def _summed(packet: Packet, flags: int, sequence: int, system_id: int, component_id: int) -> bytes:
-    layout = packet.layout
-    # Zeros at the end are left out, but for the first byte.
-    payload = packet.payload.rstrip(b"\0") or b"\0"
-    message_id = layout.message_id
-    header = _HEADER.pack(
-        _MAGIC,
-        len(payload),
-        flags,
-        0,
-        sequence,
-        system_id,
-        component_id,
-        message_id & 0xFFFF,
-        message_id >> 16,
-    )
-    body = header + payload
-    return body + _CHECKSUM.pack(mcrf4xx(body[1:] + layout.seed))

@@ -192,6 +192,7 @@ class StreamSet:
         "_intervals",
         "_queue",
         "_told",
+        "_waiting",
         "next_us",
     )
 
@@ -215,6 +216,7 @@ class StreamSet:
         self._grid_origin_us = grid_origin_us
         self._intervals = dict(self._defaults)
         self._queue: list[_Due] = []
+        self._waiting: list[_Due] = []
         self.next_us = _NEVER_US
         """When anything is due next: before, there is no use in asking."""
         self._schedule(begin_us)
@@ -247,34 +249,44 @@ class StreamSet:
             now_us: boot time.
             published: differs as soon as the status was published anew.
         """
-        queue = self._queue
         ready: list[tuple[int, Builder]] = []
-        waiting: list[_Due] = []
+        if self._waiting:
+            waiting, self._waiting = self._waiting, []
+            for entry in waiting:
+                self._send_or_wait(entry, now_us, published(), ready)
+        queue = self._queue
         while queue and queue[0][0] <= now_us:
             entry = heappop(queue)
-            due_us, place, message_id, interval_us = entry
-            if message_id in self._about_status and not self._is_news(message_id, published()):
-                waiting.append(entry)
-                continue
-            ready.append((place, self._builders[message_id]))
-            due_us += interval_us
-            if due_us <= now_us:  # ticks were skipped: do not send in bursts
-                due_us = self._next_on_grid(now_us, interval_us)
-            heappush(queue, (due_us, place, message_id, interval_us))
-        for entry in waiting:
-            heappush(queue, entry)
-        self.next_us = queue[0][0] if queue else _NEVER_US
-        ready.sort(key=_place)
+            if entry[2] in self._about_status:
+                self._send_or_wait(entry, now_us, published(), ready)
+            else:
+                self._send(entry, now_us, ready)
+        self.next_us = now_us if self._waiting else queue[0][0] if queue else _NEVER_US
+        if len(ready) > 1:
+            ready.sort(key=_place)
         return [builder for _, builder in ready]
 
-    def _is_news(self, message_id: int, status: Hashable) -> bool:
+    def _send_or_wait(
+        self, entry: _Due, now_us: int, status: Hashable, ready: list[tuple[int, Builder]]
+    ) -> None:
+        """Send a message about the status if that is news; else let it wait for news."""
+        message_id = entry[2]
         if message_id in self._told and self._told[message_id] == status:
-            return False
-        self._told[message_id] = status
-        return True
+            self._waiting.append(entry)
+        else:
+            self._told[message_id] = status
+            self._send(entry, now_us, ready)
+
+    def _send(self, entry: _Due, now_us: int, ready: list[tuple[int, Builder]]) -> None:
+        due_us, place, message_id, interval_us = entry
+        ready.append((place, self._builders[message_id]))
+        due_us += interval_us
+        if due_us <= now_us:  # ticks were skipped: do not send in bursts
+            due_us = self._next_on_grid(now_us, interval_us)
+        heappush(self._queue, (due_us, place, message_id, interval_us))
 
     def _schedule(self, now_us: int) -> None:
-        self._queue = []
+        self._queue, self._waiting = [], []
         for place, message_id in enumerate(self._builders):
             asked = self._intervals.get(message_id)
             if asked is not None:

@@ -50,6 +50,11 @@ Arms = tuple[float, float, float, float, float, float, float, float, float, floa
 """Of the four rotors: x (m), then y (m), then torque about z per thrust (m)."""
 
 
+Cells = tuple[float, float, float, float, float, float]
+"""Of a battery: power of the avionics and of all motors at full command (W), voltage when empty and
+when full (V), resistance (ohm), capacity (A s)."""
+
+
 def lag_signals(lag: Lag, signals: Four, targets: Four) -> tuple[Four, Four]:
     """Signals after half a step and after a whole one, for targets held over it: exact."""
     half, whole = lag
@@ -92,6 +97,25 @@ def drive(
     _, end = lag_signals(lag, signals, targets)
     thrusts = thrusts_of(thrust_map, end)
     return end, thrusts, wrench_of(arms, thrusts)
+
+
+def discharge(
+    cells: Cells, remaining: float, voltage_v: float, signals: Four, step_s: float
+) -> tuple[float, float]:
+    """What remains of a battery's charge after a step (share), and its voltage.
+
+    Shaft power goes with the cube of a rotor's speed, and the signal stands for the speed.
+    """
+    idle_w, full_w, empty_v, full_v, resistance_ohm, capacity_a_s = cells
+    a, b, c, d = signals
+    power_w = idle_w + 0.25 * full_w * (a * a * a + b * b * b + c * c * c + d * d * d)
+    current_a = power_w / voltage_v
+    left = remaining - current_a * step_s / capacity_a_s
+    remaining = left if left > 0.0 else 0.0
+    open_v = empty_v + remaining * (full_v - empty_v)
+    # Never below half: the current above is a power over a voltage.
+    under_load_v, least_v = open_v - current_a * resistance_ohm, 0.5 * empty_v
+    return remaining, (least_v if least_v > under_load_v else under_load_v)
 
 
 def derivative(body: Body, motion: Motion, wrench: Wrench, wind: Vector3) -> MotionRate:

@@ -106,6 +106,8 @@ class Px4Autopilot:
         self._home: Vector3 | None = None
         self._home_attitude: Quaternion = (1.0, 0.0, 0.0, 0.0)
         self._commands = STOPPED
+        self._shown: tuple[Mode, bool, bool, int] | None = None
+        self._heartbeat = Heartbeat(_QUADROTOR, _PX4, 0, 0, 0)
 
     # --- what comes in ---
 
@@ -208,17 +210,25 @@ class Px4Autopilot:
     def heartbeat(self) -> Heartbeat:
         """Contents of HEARTBEAT."""
         commander = self._commander
-        return Heartbeat(
-            vehicle_type=_QUADROTOR,
-            autopilot=_PX4,
-            base_mode=modes.base_mode(
-                commander.mode,
-                armed=commander.armed,
-                attitude_controlled=self._stream.attitude_controlled,
-            ),
-            custom_mode=commander.mode.value,
-            system_status=commander.system_status,
+        shows = (
+            commander.mode,
+            commander.armed,
+            self._stream.attitude_controlled,
+            commander.system_status,
         )
+        if shows != self._shown:
+            self._shown = shows
+            mode, armed, attitude_controlled, system_status = shows
+            self._heartbeat = Heartbeat(
+                vehicle_type=_QUADROTOR,
+                autopilot=_PX4,
+                base_mode=modes.base_mode(
+                    mode, armed=armed, attitude_controlled=attitude_controlled
+                ),
+                custom_mode=mode.value,
+                system_status=system_status,
+            )
+        return self._heartbeat
 
     @property
     def intended_custom_mode(self) -> int:

@@ -5,6 +5,7 @@ hold for a third of LNDMC_TRIG_TIME.
 """
 
 import math
+from dataclasses import dataclass
 
 from sitl_shim.autopilot.interface import TICK_S, Motion
 from sitl_shim.autopilot.parameters import ParameterStore
@@ -13,13 +14,54 @@ _LEAVES_THRUST_SHARE = 0.08
 """On the way up the ramp: flying from this share of the way from least to hover thrust on."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Limits:
+    """What a vehicle that stands on the ground does not exceed."""
+
+    manual_thrust: float
+    """Where the thrust is given."""
+    climbing_thrust: float
+    """Where position control is in charge of it."""
+    climb_m_s: float
+    speed_m_s: float
+    rate_rad_s: float
+    third_s: float
+    """Of the time after which it has landed."""
+
+    @classmethod
+    def of(cls, parameters: ParameterStore) -> "_Limits":
+        """By the parameters."""
+        least = parameters["MPC_THR_MIN"]
+        return cls(
+            manual_thrust=_manual_thrust(parameters),
+            climbing_thrust=least + 0.3 * (parameters["MPC_THR_HOVER"] - least),
+            climb_m_s=parameters["LNDMC_Z_VEL_MAX"],
+            speed_m_s=parameters["LNDMC_XY_VEL_MAX"],
+            rate_rad_s=math.radians(parameters["LNDMC_ROT_MAX"]),
+            third_s=parameters["LNDMC_TRIG_TIME"] / 3.0,
+        )
+
+    def still(self, motion: Motion) -> bool:
+        """Whether it goes nowhere; a horizontal velocity that is not known does not count."""
+        vx, vy, vz = motion.velocity_enu_m_s
+        return abs(vz) < self.climb_m_s and (
+            not motion.local_position_valid or math.hypot(vx, vy) < self.speed_m_s
+        )
+
+    def quiet(self, motion: Motion) -> bool:
+        """Whether it does not turn."""
+        return max(abs(rate) for rate in motion.rate_flu_rad_s) < self.rate_rad_s
+
+
 class LandDetector:
     """Decides from motion and commanded thrust whether the vehicle stands on the ground."""
 
     __slots__ = (
         "_contact_s",
         "_landed_s",
+        "_limits",
         "_maybe_s",
+        "_revision",
         "ground_contact",
         "landed",
         "maybe_landed",
@@ -28,6 +70,8 @@ class LandDetector:
     def __init__(self, *, landed: bool) -> None:
         self.landed = self.maybe_landed = self.ground_contact = landed
         self._contact_s = self._maybe_s = self._landed_s = 0.0
+        self._revision = -1
+        self._limits = _Limits(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(
         self,
@@ -59,40 +103,36 @@ class LandDetector:
                 self._contact_s = self._maybe_s = self._landed_s = 0.0
             return
 
-        vx, vy, vz = motion.velocity_enu_m_s
-        # A horizontal velocity that is not known does not count.
-        still = abs(vz) < parameters["LNDMC_Z_VEL_MAX"] and (
-            not motion.local_position_valid or math.hypot(vx, vy) < parameters["LNDMC_XY_VEL_MAX"]
-        )
-        least = self._low_thrust(parameters, climb_rate_controlled)
+        if parameters.revision != self._revision:
+            self._revision = parameters.revision
+            self._limits = _Limits.of(parameters)
+        limits = self._limits
+        low = limits.climbing_thrust if climb_rate_controlled else limits.manual_thrust
         hit = climb_rate_controlled and descending
         # Freely falling: thrust may be low and the vehicle for an instant still, at the apex;
         # the times below see to that.
-        contact = still and not ramping and (thrust <= least or hit)
-        third_s = parameters["LNDMC_TRIG_TIME"] / 3.0
+        contact = not ramping and (thrust <= low or hit) and limits.still(motion)
+        third_s = limits.third_s
         self._contact_s = self._contact_s + TICK_S if contact else 0.0
         self.ground_contact = self._contact_s >= third_s
-        rates = motion.rate_flu_rad_s
-        quiet = max(abs(rate) for rate in rates) < math.radians(parameters["LNDMC_ROT_MAX"])
-        self._maybe_s = self._maybe_s + TICK_S if self.ground_contact and quiet else 0.0
+        quiet = self.ground_contact and limits.quiet(motion)
+        self._maybe_s = self._maybe_s + TICK_S if quiet else 0.0
         self.maybe_landed = self._maybe_s >= third_s
         self._landed_s = self._landed_s + TICK_S if self.maybe_landed else 0.0
         self.landed = self._landed_s >= third_s
 
     @staticmethod
-    def _low_thrust(parameters: ParameterStore, climb_rate_controlled: bool) -> float:
-        if not climb_rate_controlled:
-            return parameters["MPC_MANTHR_MIN"] + 0.01
-        least = parameters["MPC_THR_MIN"]
-        return least + 0.3 * (parameters["MPC_THR_HOVER"] - least)
-
-    @classmethod
     def _lift_off_thrust(
-        cls, parameters: ParameterStore, climb_rate_controlled: bool, ramping: bool
+        parameters: ParameterStore, climb_rate_controlled: bool, ramping: bool
     ) -> float:
         if not climb_rate_controlled:
-            return cls._low_thrust(parameters, climb_rate_controlled)
+            return _manual_thrust(parameters)
         if not ramping:
             return math.inf  # position control leaves the ground by its ramp only
         least = parameters["MPC_THR_MIN"]
         return least + _LEAVES_THRUST_SHARE * (parameters["MPC_THR_HOVER"] - least)
+
+
+def _manual_thrust(parameters: ParameterStore) -> float:
+    """At most so much is little, where the thrust is given."""
+    return parameters["MPC_MANTHR_MIN"] + 0.01

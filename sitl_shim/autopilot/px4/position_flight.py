@@ -113,11 +113,12 @@ class PositionFlight:
     def advance_ramp(self, motion: Motion) -> None:
         """One period of the take-off ramp, whoever flies."""
         self._judge_takeoff(motion)
+        in_the_air = self._ramp.stage >= TakeoffStage.RAMP
         self._ramp.step(
             self._parameters,
             armed=True,
             landed=self._detector.landed,
-            wanted=self._wants_takeoff(motion),
+            wanted=not in_the_air and self._wants_takeoff(motion),
         )
 
     def step(self, motion: Motion, home_enu_m: Vector3) -> ControlOutput | float:
