@@ -57,7 +57,6 @@ def run_campaign(
     known: Mapping[str, Summary] | None = None,
     on_flown: Callable[[Summary], None] | None = None,
     crew: AbstractContextManager[Crew] | None = None,
-    go_on: str = "The same command with the same folder goes on from there.",
 ) -> dict[str, Summary]:
     """Fly tasks that have not been flown before.
 
@@ -76,7 +75,6 @@ def run_campaign(
             or not.
         on_flown: told the figures of each flight that was not in `known`, as they come.
         crew: flies in place of processes of this computer.
-        go_on: told with an interrupt: how to go on.
 
     Returns:
         Figures by key, in the order of the tasks.
@@ -119,7 +117,8 @@ def run_campaign(
         except KeyboardInterrupt as interrupt:
             kept = sum(summary.outcome != FAILED for summary in results.values())
             raise CampaignInterruptedError(
-                f"interrupted: {kept} of {len(jobs_by_key)} flights are kept in {folder}. {go_on}"
+                f"interrupted: {kept} of {len(jobs_by_key)} flights are kept in {folder}. "
+                "The same command with the same folder goes on from there."
             ) from interrupt
         finally:
             _sweep(folder)

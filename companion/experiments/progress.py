@@ -34,9 +34,9 @@ class Pace:
         self._progress = progress
         self._started_s = time.perf_counter()
 
-    def tick(self) -> None:
-        """One more is done."""
-        self._done += 1
+    def tick(self, count: int = 1) -> None:
+        """One more is done, or several at once."""
+        self._done += count
         self.tell()
 
     def tell(self) -> None:

@@ -4,6 +4,7 @@ Only what `Parcel` names goes there, and only figures and flights' files come ba
 writes.  A worker that dies is Dask's to notice, and its flights go to another.
 """
 
+import logging
 import queue
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -191,6 +192,8 @@ def _connected(address: str) -> Client:
             "--scheduler flies on a Dask cluster, for which dask.distributed is missing: "
             "pip install 'companion[cluster]'"
         ) from error
+    # What happens to the connection is told here, in one sentence, and not with Dask's tracebacks.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     try:
         connect: Callable[..., Client] = distributed.Client
         return connect(

@@ -2,10 +2,11 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from companion.config.yaml_source import ConfigError
 from companion.experiments.campaign import CampaignInterruptedError, Job, run_campaign
 from companion.experiments.campaigns.cluster import ClusterLostError, DaskCrew
 from companion.experiments.campaigns.folder import owned, rows_before
@@ -69,9 +70,13 @@ def fly_campaign(
     plan, folder = order.plan, order.folder
     with owned(folder):
         before = rows_before(folder, plan, resume=order.resume)
-        tasks = checked_tasks(plan, folder / "plants")
+        engine = (
+            _batches(order, display)
+            if plan.config.engine == "batched"
+            else _flights(order, display, fly, fly_there)
+        )
         write_manifest(folder, plan, order.command)
-        by_key = _by_key(plan.flights, tasks)
+        by_key = _by_key(plan.flights, engine.tasks)
         known = {
             row["key"]: summary_of(row, by_key[row["key"]][1])
             for row in before
@@ -87,28 +92,76 @@ def fly_campaign(
         with Journal(folder, rows) as journal:
             keeper = _Keeper(plan, folder, journal, rows, display)
             try:
-                run_campaign(
-                    [task for _, task in by_key.values()],
-                    folder,
-                    order.jobs,
-                    display,
-                    fly,
-                    keep=plan.config.keep == "flights",
-                    known=known,
-                    on_flown=lambda s: keeper.take(_rows(plan, by_key[s.key][0], s)),
-                    crew=None
-                    if order.scheduler is None
-                    else DaskCrew(order.scheduler, display.say, fly_there),
-                    go_on=f"Go on with: {order.command} --resume",
-                )
-            except ClusterLostError as error:
+                engine.fly(known, lambda s: keeper.take(_rows(plan, by_key[s.key][0], s)))
+            except (KeyboardInterrupt, CampaignInterruptedError, ClusterLostError) as error:
+                why = str(error) if isinstance(error, ClusterLostError) else "interrupted"
                 raise CampaignInterruptedError(
-                    f"{error}: {keeper.done} of {len(plan.flights)} flights are kept in {folder}. "
+                    f"{why}: {keeper.done} of {len(plan.flights)} flights are kept in {folder}. "
                     f"Go on with: {order.command} --resume"
                 ) from error
             finally:
                 keeper.write()
         return keeper.in_order()
+
+
+@dataclass(frozen=True, slots=True)
+class _Engine:
+    """How a campaign's flights are flown."""
+
+    tasks: Sequence[tuple[str, FlightTask]]
+    """By the plan, each with its key."""
+    fly: Callable[[Mapping[str, Summary], Callable[[Summary], None]], object]
+    """Flies what is not known, and tells what comes."""
+
+
+def _flights(
+    order: Order,
+    display: ProgressDisplay,
+    fly: Callable[[Job], Summary] | None,
+    fly_there: Callable[[Parcel], Flown] | None,
+) -> _Engine:
+    """Each by itself, through the whole program.
+
+    Raises:
+        ConfigError: one can't be flown.
+    """
+    tasks = checked_tasks(order.plan, order.folder / "plants")
+
+    def go(known: Mapping[str, Summary], on_flown: Callable[[Summary], None]) -> None:
+        run_campaign(
+            list(dict(tasks).values()),
+            order.folder,
+            order.jobs,
+            display,
+            fly,
+            keep=order.plan.config.keep == "flights",
+            known=known,
+            on_flown=on_flown,
+            crew=None
+            if order.scheduler is None
+            else DaskCrew(order.scheduler, display.say, fly_there),
+        )
+
+    return _Engine(tasks, go)
+
+
+def _batches(order: Order, display: ProgressDisplay) -> _Engine:
+    """Many simplified vehicles at once.
+
+    Raises:
+        ConfigError: one can't be flown so, or not there.
+    """
+    from companion.experiments.campaigns.batches import checked_batch, fly_batches
+
+    if order.scheduler is not None:
+        raise ConfigError(
+            "--scheduler is for engine: flights; batches are flown here. Leave it out."
+        )
+    tasks = checked_batch(order.plan)
+    return _Engine(
+        [(key, task.flight) for key, task in tasks],
+        lambda known, on_flown: fly_batches(dict(tasks), known, order.jobs, display, on_flown),
+    )
 
 
 class _Keeper:

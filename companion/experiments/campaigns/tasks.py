@@ -40,9 +40,24 @@ def task_of(plan: Plan, flight: PlannedFlight, folder: Path) -> FlightTask:
         ConfigError: its vehicle can't be used.
         OSError: the plant file can't be written.
     """
+    task = nominal_task(plan, flight)
+    changes = plant_changes(flight.values)
+    if not changes:
+        return task
+    vehicle = _vehicle_name(task.vehicle)
+    text = plant_text(vehicle, changes)
+    digest = hashlib.sha256(text.encode()).hexdigest()[:_DIGEST_LETTERS]
+    path = folder / f"{vehicle}-{digest}.yaml"
+    if not path.is_file():
+        write_whole(path, text)
+    return replace(task, shim_vehicle=str(path))
+
+
+def nominal_task(plan: Plan, flight: PlannedFlight) -> FlightTask:
+    """A flight as a task, with the plant as shipped whatever the point says of it."""
     base, values = plan.config.base, flight.values
     chosen: dict[str, Any] = {name: values.get(name, getattr(base, name)) for name in NAMED}
-    task = FlightTask(
+    return FlightTask(
         controller=chosen["controller"],
         trajectory=_trajectory(chosen["trajectory"]),
         wind=chosen["wind"],
@@ -53,16 +68,6 @@ def task_of(plan: Plan, flight: PlannedFlight, folder: Path) -> FlightTask:
         faults=_faults(chosen["faults"]),
         airborne=base.flights == "airborne",
     )
-    changes = plant_changes(values)
-    if not changes:
-        return task
-    vehicle = _vehicle_name(task.vehicle)
-    text = plant_text(vehicle, changes)
-    digest = hashlib.sha256(text.encode()).hexdigest()[:_DIGEST_LETTERS]
-    path = folder / f"{vehicle}-{digest}.yaml"
-    if not path.is_file():
-        write_whole(path, text)
-    return replace(task, shim_vehicle=str(path))
 
 
 def checked_tasks(plan: Plan, folder: Path) -> list[tuple[str, FlightTask]]:

@@ -12,8 +12,8 @@ import pytest
 
 from companion.campaign_command import CampaignRequest, run_campaign_file
 from companion.config.yaml_source import ConfigError
+from companion.experiments import campaign
 from companion.experiments.campaign import CampaignInterruptedError
-from companion.experiments.campaigns import flying
 from companion.experiments.campaigns.folder import owned
 from companion.experiments.campaigns.results import JOURNAL, RESULTS, read_journal
 from tests.companion.experiments.campaigns import stand_ins
@@ -155,18 +155,21 @@ def test_two_campaigns_do_not_write_to_one_folder(request_of, out):
 
 
 def test_an_interrupt_says_what_is_done_and_how_to_go_on(request_of, out, file, monkeypatch):
-    def interrupted(*given, on_flown, go_on, **_):
-        raise CampaignInterruptedError(f"interrupted. {go_on}")
+    class Interrupted(campaign.Workers):
+        def run(self, items, on_done):
+            super().run(items[:2], on_done)
+            raise KeyboardInterrupt
 
-    monkeypatch.setattr(flying, "run_campaign", interrupted)
+    monkeypatch.setattr(campaign, "Workers", Interrupted)
 
     with pytest.raises(CampaignInterruptedError) as said:
         run_campaign_file(request_of(), stand_ins.figures)
 
-    assert str(said.value).endswith(
+    assert str(said.value) == (
+        f"interrupted: 2 of 6 flights are kept in {out}. "
         f"Go on with: companion campaign {file} --jobs 1 --out {out} --resume"
     )
-    assert rows_of(out) == []
+    assert len(rows_of(out)) == 2
 
 
 KILLED = """
@@ -227,3 +230,45 @@ def _lives(pid: int) -> bool:
     except ProcessLookupError:
         return False
     return True
+
+
+BATCHED = """\
+name: wide
+engine: batched
+base: {trajectory: way.yaml, settings: {hover_s: 0.2}}
+sample: {method: latin-hypercube, points: 5}
+parameters:
+  plant.mass: {low: 0.9, high: 1.1}
+  plant.delay_s: {low: 0.0, high: 0.01}
+each:
+  controller: [mpc-l1, lqr-l1]
+"""
+
+
+def test_a_batched_campaign_has_the_same_table_and_goes_on(request_of, out, file, tmp_path):
+    (tmp_path / "way.yaml").write_text("points: [[0, 0, 0, 1], [0.5, 0.1, 0, 1], [1, 0, 0, 1]]\n")
+    Path(file).write_text(BATCHED)
+    run_campaign_file(request_of())
+    before = rows_of(out)
+    lines = (out / JOURNAL).read_text().splitlines(keepends=True)
+    (out / JOURNAL).write_text("".join(lines[:4]))
+
+    run_campaign_file(request_of(resume=True))
+
+    rows = rows_of(out)
+    assert {row["engine"] for row in rows} == {"batched"}
+    assert [row["outcome"] for row in rows] == ["tracked"] * 10
+    assert [row["key"] for row in rows] == [row["key"] for row in before]
+    assert len({row["key"] for row in rows}) == 10
+    assert [row["wall_s"] for row in rows[:4]] == [row["wall_s"] for row in before[:4]]
+
+
+def test_what_batches_do_not_model_is_refused_before_anything_is_flown(request_of, out, file):
+    Path(file).write_text(BATCHED.replace("way.yaml", "4").replace("lqr-l1", "mpc-l1-plus"))
+    with pytest.raises(ConfigError, match="controller: mpc-l1-plus"):
+        run_campaign_file(request_of())
+
+    Path(file).write_text(BATCHED.replace("way.yaml", "4"))
+    with pytest.raises(ConfigError, match="--scheduler is for engine: flights"):
+        run_campaign_file(request_of(scheduler="tcp://127.0.0.1:1", jobs=None))
+    assert not (out / RESULTS).exists()

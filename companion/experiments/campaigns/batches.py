@@ -1,0 +1,101 @@
+"""A campaign over the batched study: thousands of simplified vehicles at once, in pieces."""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+from companion.config.yaml_source import ConfigError
+from companion.experiments.batched.flying import fly_batch
+from companion.experiments.batched.task import BatchTask, check_batch
+from companion.experiments.campaigns.parameters import PLANT
+from companion.experiments.campaigns.plan import Plan, PlannedFlight
+from companion.experiments.campaigns.tasks import nominal_task
+from companion.experiments.flight_store import FAILED, Summary
+from companion.experiments.flight_task import FlightTask
+from companion.experiments.progress import Pace, Progress
+from companion.experiments.workers import Failure, Workers
+
+_DIGEST_LETTERS = 12
+_MOST_AT_ONCE = 1000
+_FEWEST_AT_ONCE = 100
+"""Fewer would lose what flying many at once gains."""
+
+
+def batch_task_of(plan: Plan, flight: PlannedFlight) -> BatchTask:
+    """A flight as a vehicle of a batch."""
+    plant = tuple(
+        (name, float(value))
+        for name, value in flight.values.items()
+        if name in PLANT and isinstance(value, int | float)
+    )
+    return BatchTask(nominal_task(plan, flight), plant)
+
+
+def checked_batch(plan: Plan) -> list[tuple[str, BatchTask]]:
+    """The tasks of all flights with their keys, each seen to be modelled.
+
+    Raises:
+        ConfigError: one is not; the text names the key and the remedy.
+    """
+    tasks = [batch_task_of(plan, flight) for flight in plan.flights]
+    try:
+        check_batch(tasks)
+        return [(_key(task), task) for task in tasks]
+    except ConfigError as error:
+        raise ConfigError(f"{plan.path}: {error}") from error
+
+
+def _key(task: BatchTask) -> str:
+    """Of a vehicle's result, of the content of its files, too."""
+    text = f"{task.key} {_content(replace(task.flight, seed=0))}"
+    return f"batched-{hashlib.sha256(text.encode()).hexdigest()[:_DIGEST_LETTERS]}"
+
+
+@lru_cache(maxsize=4096)
+def _content(flight: FlightTask) -> str:
+    """The same for the same files; reading them for each of a hundred thousand takes minutes."""
+    return flight.key
+
+
+def fly_batches(
+    tasks: Mapping[str, BatchTask],
+    known: Mapping[str, Summary],
+    jobs: int,
+    progress: Progress,
+    on_flown: Callable[[Summary], None],
+) -> None:
+    """Fly what is not known.
+
+    Args:
+        tasks: by key.
+        known: figures of what was flown before, by key.
+        jobs: how many processes.
+        progress: told after each piece, and once before.
+        on_flown: told the figures of each flight as they come.
+    """
+    missing = [(key, task) for key, task in tasks.items() if key not in known]
+    share = -(-len(missing) // max(1, jobs))
+    size = min(_MOST_AT_ONCE, max(_FEWEST_AT_ONCE, share))
+    pieces = [missing[k : k + size] for k in range(0, len(missing), size)]
+    pace = Pace(len(tasks) - len(missing), len(tasks), progress)
+    pace.tell()
+
+    def on_done(index: int, result: Sequence[Summary] | Failure) -> None:
+        piece = pieces[index]
+        if isinstance(result, Failure):
+            result = [Summary(key, task.flight, FAILED, result.reason) for key, task in piece]
+        for summary in result:
+            on_flown(summary)
+        pace.tick(len(piece))
+
+    if not pieces:
+        return
+    with Workers(_fly_piece, min(jobs, len(pieces))) as workers:
+        workers.run(pieces, on_done)
+
+
+def _fly_piece(piece: Sequence[tuple[str, BatchTask]]) -> list[Summary]:
+    """What a worker does."""
+    flown = fly_batch([task for _, task in piece])
+    return [replace(summary, key=key) for (key, _), summary in zip(piece, flown, strict=True)]
