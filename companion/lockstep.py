@@ -244,16 +244,10 @@ async def _embedded(
         ShimRefusedError: it can't simulate what it was asked for.
     """
 
-    def to_companion(data: bytes) -> None:
-        arriving = data if from_shim is None else from_shim(data)
-        if arriving:
-            link.receive(arriving)
-
     def to_vehicle(data: bytes) -> None:
-        arriving = data if to_shim is None else to_shim(data)
-        if arriving:
-            shim.receive(arriving)
+        shim.receive(data)
 
+    link = MemoryLink(_tapped(to_vehicle, to_shim), "the embedded shim, in lockstep")
     options = with_state_rate(options, config.mission.state_rate_hz)
     try:
         shim = shim_lockstep.LockstepShim(
@@ -270,12 +264,11 @@ async def _embedded(
                 signing_key=options.signing_key,
                 airborne_at_enu_m=airborne_at_enu_m,
             ),
-            to_companion,
+            _tapped(link.receive, from_shim),
             on_frame=on_frame,
         )
     except ValueError as error:
         raise ShimRefusedError(str(error)) from error
-    link = MemoryLink(to_vehicle, "the embedded shim, in lockstep")
     await link.open()
     loop = asyncio.get_running_loop()
     signing = None
@@ -291,6 +284,19 @@ async def _embedded(
         flying_shim.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await flying_shim
+
+
+def _tapped(deliver: Callable[[bytes], None], tap: Tap | None) -> Callable[[bytes], None]:
+    """Delivers what a tap leaves of a datagram; without one all, as it is."""
+    if tap is None:
+        return deliver
+
+    def through(data: bytes) -> None:
+        arriving = tap(data)
+        if arriving:
+            deliver(arriving)
+
+    return through
 
 
 def _first_point(config: FlightConfig, trajectory: Trajectory) -> tuple[float, float, float]:

@@ -26,15 +26,16 @@ class _JumpingSelector(selectors.DefaultSelector):
         self._rounds = 0
 
     def select(self, timeout: float | None = None) -> Any:  # noqa: ANN401 - as in the base class
+        self._rounds += 1
         if timeout is None:
-            # No timer and no callback: in virtual time nothing can ever happen again.
-            raise RuntimeError("deadlock in simulated time: every task waits, no timer runs")
+            events = super().select(0)
+            if not events:
+                # No timer and no callback: in virtual time nothing can ever happen again.
+                raise RuntimeError("deadlock in simulated time: every task waits, no timer runs")
+            return events
         if timeout > 0.0:
             self.jump_s += timeout
-        self._rounds += 1
-        if self._rounds % _LOOK_EVERY:
-            return ()
-        return super().select(0)
+        return () if self._rounds % _LOOK_EVERY else super().select(0)
 
 
 class VirtualClockLoop(asyncio.SelectorEventLoop):

@@ -149,7 +149,7 @@ def control_record(
         sent: a setpoint left.
     """
     received_s, delay_s, latency_s = timing_s
-    record: dict[str, Any] = {
+    return {
         "autopilot_time_s": state.time_s,
         "received_s": received_s,
         "loop_delay_s": delay_s,
@@ -170,10 +170,9 @@ def control_record(
         "state_age_s": 0.0,
         "unusable": "",
         "sent": sent,
+        **(_NO_STACK if output.stack is None else _stack_fields(output.stack)),
+        **(_NO_WATCH if output.watch is None else _watch_fields(output.watch)),
     }
-    record.update(_NO_STACK if output.stack is None else _stack_fields(output.stack))
-    record.update(_NO_WATCH if output.watch is None else _watch_fields(output.watch))
-    return record
 
 
 def silence_record(
@@ -237,17 +236,18 @@ _NO_WATCH = _watch_fields(Watch("", ""))
 
 
 def _stack_fields(stack: StackRecord) -> dict[str, Any]:
+    inner = stack.inner
     return {
         "hover_thrust": stack.hover_thrust,
         "r2_enu_m": stack.r2_m.tolist(),
-        "r1_enu_m_s": stack.inner.r1_m_s.tolist(),
-        "u": stack.inner.u.tolist(),
+        "r1_enu_m_s": inner.r1_m_s.tolist(),
+        "u": inner.u.tolist(),
         "applied_u": stack.applied_u.tolist(),
-        "y_tilde_m_s": stack.inner.y_tilde_m_s.tolist(),
-        "sigma_hat": stack.inner.sigma_hat.tolist(),
-        "y_tilde_bound_m_s": stack.inner.y_tilde_bound_m_s.tolist(),
-        "sigma_bound": stack.inner.sigma_bound.tolist(),
-        "projecting": stack.inner.projecting,
+        "y_tilde_m_s": inner.y_tilde_m_s.tolist(),
+        "sigma_hat": inner.sigma_hat.tolist(),
+        "y_tilde_bound_m_s": inner.y_tilde_bound_m_s.tolist(),
+        "sigma_bound": inner.sigma_bound.tolist(),
+        "projecting": inner.projecting,
         "roll_rad": stack.roll_rad,
         "pitch_rad": stack.pitch_rad,
         "segment": stack.segment,

@@ -194,27 +194,28 @@ class ClockEstimator:
 
     def _fit(self) -> None:
         """Weighted straight line through the samples, anchored at the newest one's time."""
-        round_trips_s = sorted(sample.round_trip_s for sample in self._samples)
+        round_trips_s = sorted([sample.round_trip_s for sample in self._samples])
         shortest_s = round_trips_s[0]
         usual_s = round_trips_s[len(round_trips_s) // 2]
         floor_s = _JITTER_FLOOR_S + _JITTER_SHARE * (usual_s - shortest_s)
         short = self._span_s < _LONG_SPAN_S
         newest = self._samples[-1]
+        newest_s, newest_autopilot_s, _ = newest
         weight_sum = x_sum = y_sum = 0.0
         points: list[tuple[float, float, float, float]] = []
-        for sample in self._samples:
-            late_s = sample.round_trip_s - shortest_s + floor_s
+        for middle_s, autopilot_s, round_trip_s in self._samples:
+            late_s = round_trip_s - shortest_s + floor_s
             weight = (floor_s / late_s) ** 2
-            doubt_s = sample.round_trip_s if short else late_s
-            x = sample.middle_s - newest.middle_s
-            y = sample.autopilot_s - newest.autopilot_s
+            doubt_s = round_trip_s if short else late_s
+            x = middle_s - newest_s
+            y = autopilot_s - newest_autopilot_s
             points.append((weight, x, y, 0.5 * doubt_s))
             weight_sum += weight
             x_sum += weight * x
             y_sum += weight * y
         x_mean, y_mean = x_sum / weight_sum, y_sum / weight_sum
-        covariance = sum(w * (x - x_mean) * (y - y_mean) for w, x, y, _ in points)
-        variance = sum(w * (x - x_mean) ** 2 for w, x, _, _ in points)
+        covariance = sum([w * (x - x_mean) * (y - y_mean) for w, x, y, _ in points])
+        variance = sum([w * (x - x_mean) ** 2 for w, x, _, _ in points])
         self.rate = 1.0
         if variance > 0.0:
             fitted = covariance / variance

@@ -82,7 +82,8 @@ class FlightLog:
         """Record a packet that was received; then hand everything to the system, if it is due."""
         self._receiving = True
         self._frame(time_s, raw, sent=False)
-        self.flush_if_due(time_s)
+        if time_s >= self._flush_at_s:
+            self.flush_if_due(time_s)
 
     def frame_out(self, time_s: float, raw: bytes) -> None:
         """Record a packet that was sent."""
@@ -127,7 +128,7 @@ class FlightLog:
         self._release()
 
     def _frame(self, time_s: float, raw: bytes, *, sent: bool) -> None:
-        if self._tlog is None or not _possible(time_s):
+        if self._tlog is None or not 0.0 <= time_s < _LATEST_S:
             self.lost += 1
             return
         self._tlog.write(time_s, raw, sent=sent)

@@ -8,10 +8,12 @@ thousand kilometres and a microsecond in a million seconds.
 import dataclasses
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
+from itertools import chain
 from json.encoder import encode_basestring_ascii
-from typing import Any
+from operator import itemgetter
+from typing import Any, NamedTuple
 
 from companion.recording.schema import ChannelSpec
 
@@ -19,10 +21,34 @@ _NUMBER = "%.12g"
 _MOST_TEMPLATES = 16
 
 
+_Pick = Callable[[Any], tuple[Any, ...]]
+"""Takes some of the items of a record, or of a sequence."""
+
+
+class _Template(NamedTuple):
+    """A format string for records whose numbers are null at certain places."""
+
+    nulls: tuple[int, ...]
+    finite: _Pick
+    """Of all numbers those that are not."""
+    text: str
+
+
 class RecordEncoder:
     """Encodes the records of one channel."""
 
-    __slots__ = ("_arrays", "_lengths", "_others", "_scalars", "_templates")
+    __slots__ = (
+        "_arrays",
+        "_fields",
+        "_lengths",
+        "_others",
+        "_pick_arrays",
+        "_pick_others",
+        "_pick_scalars",
+        "_scalars",
+        "_template",
+        "_templates",
+    )
 
     def __init__(self, spec: ChannelSpec) -> None:
         self._scalars = tuple(field.name for field in spec.fields if field.kind == "number")
@@ -30,8 +56,15 @@ class RecordEncoder:
         self._others = tuple(
             field.name for field in spec.fields if field.kind not in ("number", "array")
         )
-        self._lengths: dict[str, int] = {}
-        self._templates: dict[tuple[int, ...], str] = {}
+        self._pick_scalars = _picker(self._scalars)
+        self._pick_arrays = _picker(self._arrays)
+        self._pick_others = _picker(self._others)
+        self._fields = len(spec.fields)
+        self._lengths: tuple[int, ...] = ()
+        """Of the arrays."""
+        self._templates: dict[tuple[int, ...], _Template] = {}
+        self._template: _Template | None = None
+        """The last one that was used."""
 
     def encode(self, record: Mapping[str, Any]) -> bytes:
         """UTF-8 JSON of a record; numbers that are not finite become null.
@@ -44,52 +77,69 @@ class RecordEncoder:
                 return self._by_template(record)
             except _NewLengths:
                 self._templates.clear()
-                self._lengths = {name: len(record[name]) for name in self._arrays}
+                self._template = None
+                self._lengths = tuple(map(len, self._pick_arrays(record)))
                 return self._by_template(record)
         except (KeyError, TypeError):
             return _plain_json(record).encode()
 
     def _by_template(self, record: Mapping[str, Any]) -> bytes:
         """Fill the channel's format string: numbers first, then what is rendered one by one."""
-        lengths = self._lengths
-        numbers = [record[name] for name in self._scalars]
-        for name in self._arrays:
-            values = record[name]
-            if len(values) != lengths.get(name):
-                raise _NewLengths
-            numbers += values
-        texts = [_plain_json(record[name]) for name in self._others]
-        if len(record) != len(self._scalars) + len(self._arrays) + len(texts):
+        arrays = self._pick_arrays(record)
+        if tuple(map(len, arrays)) != self._lengths:
+            raise _NewLengths
+        numbers = (*self._pick_scalars(record), *chain.from_iterable(arrays))
+        texts = [
+            encode_basestring_ascii(value) if type(value) is str else _plain_json(value)
+            for value in self._pick_others(record)
+        ]
+        if len(record) != self._fields:
             raise KeyError("a field that the channel does not have")
-        nulls: tuple[int, ...] = ()
-        try:
-            all_finite = math.isfinite(sum(numbers))
-        except TypeError:  # a None among them
-            all_finite = False
-        if not all_finite:
-            nulls = tuple(
-                place
-                for place, value in enumerate(numbers)
-                if value is None or not math.isfinite(value)
-            )
-            numbers = [value for value in numbers if value is not None and math.isfinite(value)]
-        template = self._templates.get(nulls) or self._add_template(nulls)
-        return (template % (*numbers, *texts)).encode()
+        template = self._template
+        if template is None or not _fits(template, numbers):
+            nulls = tuple(place for place, value in enumerate(numbers) if _is_null(value))
+            template = self._templates.get(nulls) or self._add_template(nulls)
+            self._template = template
+        return (template.text % (*template.finite(numbers), *texts)).encode()
 
-    def _add_template(self, nulls: tuple[int, ...]) -> str:
+    def _add_template(self, nulls: tuple[int, ...]) -> _Template:
         """Make the format string for records whose numbers at these places are null."""
-        count = len(self._scalars) + sum(self._lengths.values())
+        count = len(self._scalars) + sum(self._lengths)
         slots = iter(["null" if place in nulls else _NUMBER for place in range(count)])
         parts = [_key(name) + next(slots) for name in self._scalars]
-        for name in self._arrays:
-            items = ",".join(next(slots) for _ in range(self._lengths[name]))
+        for name, length in zip(self._arrays, self._lengths, strict=True):
+            items = ",".join(next(slots) for _ in range(length))
             parts.append(f"{_key(name)}[{items}]")
         parts += [_key(name) + "%s" for name in self._others]
         if len(self._templates) >= _MOST_TEMPLATES:
             self._templates.clear()
-        template = "{" + ",".join(parts) + "}"
+        finite = _picker([place for place in range(count) if place not in nulls])
+        template = _Template(nulls, finite, "{" + ",".join(parts) + "}")
         self._templates[nulls] = template
         return template
+
+
+def _picker(keys: Sequence[Any]) -> _Pick:
+    """Takes the items of these keys, as a tuple, however few they are."""
+    if len(keys) > 1:
+        return itemgetter(*keys)
+    if not keys:
+        return lambda _: ()
+    (key,) = keys
+    return lambda items: (items[key],)
+
+
+def _fits(template: _Template, numbers: tuple[Any, ...]) -> bool:
+    """True if exactly a template's places are null."""
+    try:
+        finite = math.isfinite(sum(template.finite(numbers)))
+    except TypeError:  # a None among them
+        return False
+    return finite and all(_is_null(numbers[place]) for place in template.nulls)
+
+
+def _is_null(number: float | None) -> bool:
+    return number is None or not math.isfinite(number)
 
 
 class _NewLengths(Exception):  # noqa: N818 - a signal within this module, not an error

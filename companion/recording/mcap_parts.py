@@ -27,9 +27,13 @@ CHUNK_HEAD = struct.Struct("<QQQI")
 LARGEST_CHUNK = 64 << 20
 """Bytes, decompressed, that are read; ours have 256 KiB at most, others a few MiB."""
 
+_MESSAGE = struct.Struct("<BQHIQQ")
+"""Both together, as a message begins."""
+
 _ZSTD = b"\x04\0\0\0zstd"
 CHUNK_SIGNATURE = (HEAD.size + CHUNK_HEAD.size, _ZSTD)
 """By which a chunk of ours is found again behind damage: an offset, and the bytes there."""
+_MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _LENGTH = struct.Struct("<Q")
 _TEXT = struct.Struct("<I")
 _INDEX_HEAD = struct.Struct("<HI")
@@ -76,7 +80,7 @@ class ChunkMaker:
     __slots__ = ("_compress", "_end_ns", "_index", "_parts", "_start_ns", "size")
 
     def __init__(self) -> None:
-        self._compress = zstandard.ZstdCompressor().compress
+        self._compress = zstandard.ZstdCompressor(level=1).compress
         self.size = 0
         """Of what has been collected, bytes."""
         self._clear()
@@ -106,10 +110,10 @@ class ChunkMaker:
         elif time_ns < self._start_ns:
             self._start_ns = time_ns
         self._index.setdefault(channel, []).append((time_ns, self.size))
-        head = HEAD.pack(Opcode.MESSAGE, MESSAGE_HEAD.size + len(data))
-        head += MESSAGE_HEAD.pack(channel, 0, time_ns, time_ns)
-        self._parts += (head, data)
-        self.size += len(head) + len(data)
+        length = MESSAGE_HEAD.size + len(data)
+        self._parts.append(_MESSAGE.pack(_MESSAGE_OPCODE, length, channel, 0, time_ns, time_ns))
+        self._parts.append(data)
+        self.size += HEAD.size + length
 
     def finish(self) -> bytes:
         """Give the chunk with its message indexes, and begin the next one."""

@@ -4,6 +4,7 @@ Each record is eight bytes of big-endian microseconds and then one MAVLink packe
 does, the two lowest bits of the time say on which link the packet was: 0 received, 1 sent.
 """
 
+import math
 import os
 import struct
 from collections.abc import Iterator
@@ -33,7 +34,7 @@ class TlogRecord(NamedTuple):
 class TlogWriter:
     """Appends packets to a log; they reach the system at `flush`."""
 
-    __slots__ = ("_base_us", "_file")
+    __slots__ = ("_base_us", "_file", "_stamped_s", "_stamps")
 
     def __init__(self, path: Path, base_us: int = 0) -> None:
         """Create the file.
@@ -47,11 +48,17 @@ class TlogWriter:
         """
         self._file = AppendFile(path)
         self._base_us = base_us
+        self._stamped_s = math.nan
+        self._stamps = (b"", b"")
+        """Of that time, received and sent: of a tick's packets many come at one time."""
 
     def write(self, time_s: float, raw: bytes, *, sent: bool) -> None:
         """Add one packet."""
-        time_us = (self._base_us + round(time_s * 1e6)) & ~_LINK_BITS | sent
-        self._file.write(TIME.pack(time_us) + raw)
+        if time_s != self._stamped_s:
+            time_us = (self._base_us + round(time_s * 1e6)) & ~_LINK_BITS
+            self._stamps = (TIME.pack(time_us), TIME.pack(time_us | _SENT))
+            self._stamped_s = time_s
+        self._file.write(self._stamps[sent] + raw)
 
     def flush(self) -> None:
         """Hand everything to the system.

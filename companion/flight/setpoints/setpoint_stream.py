@@ -6,14 +6,14 @@ would take a resumed stream for consent.
 """
 
 import asyncio
-import contextlib
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from companion.control.monitor import NO_GAUGES
 from companion.control.mpc import MpcRecord
+from companion.flight.loop_time import loop_time
 from companion.flight.observer import TickView
 from companion.flight.records import (
     INPUT,
@@ -48,7 +48,7 @@ _LONGEST_DELAY_S = 1.0
 """Whatever is measured, this is what the supervisor is told at most: far more than it bears."""
 _CLOCK_ERROR_S = 0.5
 """A sample from further ahead than this is no error of our estimate: its clock has jumped."""
-_EXACT_DIGITS = 6
+_EXACT_PER_S = 1.0e6
 """What the control loop is given is rounded to whole microseconds: the log keeps that exactly."""
 _MOST_CHANGES = 200
 """Kept for the result; the log has all of them."""
@@ -98,6 +98,8 @@ class SetpointStream:
         self._left_told = ""
         self._sent_s: float | None = None
         """When the last setpoint went out; None if none has since the start."""
+        self._time = loop_time
+        """The loop's clock; from the start on without a look for the loop."""
         connection.samples.on_sample = self._on_state
         connection.samples.frozen_after_s = control.state_age_limit_s
 
@@ -122,7 +124,8 @@ class SetpointStream:
         self.control.release()
         self.control.idle = idle
         self._announcer.clear()
-        self._fresh_s = asyncio.get_running_loop().time()
+        self._time = asyncio.get_running_loop().time
+        self._fresh_s = self._time()
         self._unusable = ""
         self._sent_s = None
         self.stopped_because = ""
@@ -141,7 +144,7 @@ class SetpointStream:
         if self._ticking:
             self._after_tick.append((kind, values))
             return
-        now_s = asyncio.get_running_loop().time()
+        now_s = self._time()
         self._keep(INPUT.topic, now_s, lambda: {"kind": kind, "values": values})
 
     def hand_over(self, reason: str, *, hold: bool = True) -> None:
@@ -197,17 +200,40 @@ class SetpointStream:
     async def watch(self) -> None:
         """Cover samples that do not come, until cancelled."""
         loop = asyncio.get_running_loop()
-        while True:
-            due = loop.time() + _WATCH_S
-            await asyncio.sleep(_WATCH_S)
-            # A stall of our own is no silence: what came meanwhile is looked at first.
-            if self.running and loop.time() - due < _LATE_S:
-                try:
-                    self._cover_silence(loop.time())
-                except Exception as error:
-                    self._fail(error)
+        failed: asyncio.Future[None] = loop.create_future()
+        timer: asyncio.TimerHandle
 
-    def loop_delay_s(self, state: VehicleState, now_s: float) -> float:
+        # A timer that sets itself anew costs half of a task that sleeps.
+        def look(due_s: float) -> None:
+            nonlocal timer
+            try:
+                now_s = loop.time()
+                # A stall of our own is no silence: what came meanwhile is looked at first.
+                if self.running and now_s - due_s < _LATE_S:
+                    self._look(now_s)
+            except BaseException as error:
+                failed.set_exception(error)
+                raise
+            timer = set_timer()
+
+        def set_timer() -> asyncio.TimerHandle:
+            due_s = loop.time() + _WATCH_S
+            return loop.call_at(due_s, look, due_s)
+
+        timer = set_timer()
+        try:
+            await failed
+        finally:
+            timer.cancel()
+
+    def _look(self, now_s: float) -> None:
+        """Cover a silence, if there is one."""
+        try:
+            self._cover_silence(now_s)
+        except Exception as error:
+            self._fail(error)
+
+    def _loop_delay_s(self, age_s: float) -> float:
         """From a sample's time until a setpoint sent now acts, by the autopilot's clock.
 
         The sample's age by the synchronised clock, and the setpoint's way there.
@@ -215,8 +241,7 @@ class SetpointStream:
         clock = self._connection.clock
         if not clock.valid:
             return 0.0
-        delay = self._age_s(state, now_s) + clock.way_there_s
-        return max(0.0, min(_LONGEST_DELAY_S, delay))
+        return max(0.0, min(_LONGEST_DELAY_S, age_s + clock.way_there_s))
 
     def _age_s(self, state: VehicleState, now_s: float) -> float:
         clock = self._connection.clock
@@ -228,6 +253,8 @@ class SetpointStream:
             return
         rate = connection.clock.rate if connection.clock.valid else 1.0
         age = _exact((now_s - self._fresh_s) * rate)
+        if age <= self.control.state_age_limit_s:
+            return
         autopilot_s = connection.state.time_s + age
         if connection.clock.valid:
             autopilot_s = connection.clock.autopilot_time(now_s)
@@ -236,13 +263,16 @@ class SetpointStream:
         output = self.control.on_silence(autopilot_s, age, why)
         if output is None:
             return
-        with self._tick():
+        self._ticking = True
+        try:
             sent = self._act(output, autopilot_s)
             self._keep(
                 "control",
                 now_s,
                 lambda: silence_record(autopilot_s, now_s, age, why, output, sent),
             )
+        finally:
+            self._end_tick()
 
     def _on_state(self, state: VehicleState, received_s: float) -> None:
         if not self.running:
@@ -261,7 +291,7 @@ class SetpointStream:
         if age > self.control.state_age_limit_s:
             self._unusable = f"the newest sample is {age * 1e3:.0f} ms old by the common clock"
             return
-        delay = _exact(self.loop_delay_s(state, received_s))
+        delay = _exact(self._loop_delay_s(age))
         started = time.perf_counter()
         output = self.control.on_sample(state, delay)
         computed_us = (time.perf_counter() - started) * 1e6
@@ -270,22 +300,21 @@ class SetpointStream:
             return
         self._fresh_s = received_s
         self._unusable = ""
-        with self._tick():
+        self._ticking = True
+        try:
             sent = self._act(output, state.time_s)
-            sent_s = asyncio.get_running_loop().time()
+            sent_s = self._time()
             if sent:
                 self.punctuality.tick(received_s, sent_s)
             timing_s = (received_s, delay, sent_s - received_s)
             self._record(state, output, timing_s, computed_us, sent)
-
-    @contextlib.contextmanager
-    def _tick(self) -> Iterator[None]:
-        """What a tick leads to is recorded behind it, as it was decided after it."""
-        self._ticking = True
-        try:
-            yield
         finally:
-            self._ticking = False
+            self._end_tick()
+
+    def _end_tick(self) -> None:
+        """What a tick has led to is recorded behind it, as it was decided after it."""
+        self._ticking = False
+        if self._after_tick:
             noted, self._after_tick = self._after_tick, []
             for kind, values in noted:
                 self.note(kind, values)
@@ -307,9 +336,9 @@ class SetpointStream:
                 self.give_up(f"a setpoint was withheld: {error}")
                 return False
             self._connection.send(message)
-            self._sent_s = asyncio.get_running_loop().time()
+            self._sent_s = self._time()
             sent = True
-        now_s = asyncio.get_running_loop().time()
+        now_s = self._time()
         if output.remark and self._announcer.due_remark(output.remark, now_s):
             self._voice.tell("warning", output.remark)
         if output.watch is not None:
@@ -330,7 +359,14 @@ class SetpointStream:
 
     def _tell_changes(self, watch: Watch) -> None:
         """Tell who flies now, and why."""
-        self._worst = self._worst.largest(watch.gauges)
+        worst, gauges = self._worst, watch.gauges
+        if not (
+            gauges.y_tilde <= worst.y_tilde
+            and gauges.sigma <= worst.sigma
+            and gauges.slew <= worst.slew
+            and gauges.delay <= worst.delay
+        ):
+            self._worst = worst.largest(gauges)
         for change in watch.changes:
             if len(self.changes) < _MOST_CHANGES:
                 self.changes.append(change)
@@ -353,7 +389,7 @@ class SetpointStream:
         if self._sent_s is None:
             return False
         clock = self._connection.clock
-        pause_s = asyncio.get_running_loop().time() - self._sent_s
+        pause_s = self._time() - self._sent_s
         pause_s *= clock.rate if clock.valid else 1.0
         if pause_s <= self.longest_pause_s:
             return False
@@ -426,7 +462,7 @@ class SetpointStream:
 
 def _exact(seconds: float) -> float:
     """A time as the log keeps it."""
-    return round(seconds, _EXACT_DIGITS)
+    return round(seconds * _EXACT_PER_S) / _EXACT_PER_S
 
 
 def _instead(output: Output) -> str:

@@ -1,5 +1,6 @@
 """Who flies: the companion, until a person says otherwise or somebody else takes over."""
 
+import math
 from collections.abc import Callable
 
 from companion.flight.errors import DisarmedError, HandedOverError, LandingAskedError
@@ -32,6 +33,8 @@ class Authority:
         self._landing = False
         self._restarts = 0
         self._clocks_set_back = 0
+        self._in_touch_s = math.nan
+        """Loop's time at which nothing was found amiss last."""
         self.fault: Callable[[], Exception | None] = lambda: None
         """What else ends a flight by a landing; None while all is well."""
         self.handed_over = False
@@ -52,6 +55,7 @@ class Authority:
         self._restarts = self._connection.restarts
         self._clocks_set_back = self._connection.clocks_set_back
         self._landing = False
+        self._in_touch_s = math.nan
         self._connection.waiting.interruption = self._interruption
 
     def expect_landing(self, *modes: str) -> None:
@@ -90,7 +94,7 @@ class Authority:
             )
             stream.stop(reason)
             return HandedOverError(reason)
-        astray = connection.blind_because or (self._astray() if self._streaming else "")
+        astray = self._astray()
         if astray:
             stream.hand_over(astray)
             return HandedOverError(astray)
@@ -108,10 +112,21 @@ class Authority:
         return None if self._landing else self.fault()
 
     def _astray(self) -> str:
-        """Why setpoints are of no use any more; empty if they are."""
-        if self._connection.clocks_set_back > self._clocks_set_back:
+        """Why the flight cannot go on, though the vehicle is where it should be; empty if it can.
+
+        What only the passing of time brings about is looked at once at a time: the packets that
+        come at one moment can only better it.
+        """
+        connection = self._connection
+        if self._streaming and connection.clocks_set_back > self._clocks_set_back:
             return "the autopilot's clock was set back: its times mean nothing any more"
-        return self._connection.unheard_because
+        now_s = connection.now_s
+        if now_s == self._in_touch_s:
+            return ""
+        amiss = connection.blind_because or (connection.unheard_because if self._streaming else "")
+        if not amiss:
+            self._in_touch_s = now_s
+        return amiss
 
     def _after_abort(self) -> str:
         """What the vehicle does now, for a person."""

@@ -15,6 +15,7 @@ from companion.flight.stages.readiness import last_texts
 from companion.flight.vehicle.reports import LANDED_IN_AIR, LANDED_TAKING_OFF
 from companion.frames import yaw_of
 from companion.mavlink.exchange import Verdict
+from companion.vehicle_state import VehicleState
 
 _SHORTEST_APPROACH_S = {FlightScope.WHOLE: SHORTEST_MOVE_S, FlightScope.AIRBORNE: 0.2}
 _ENOUGH_OF_HEIGHT = 0.85
@@ -230,12 +231,14 @@ async def track(flight: Flight, timeline: Timeline) -> None:
     connection = flight.connection
     scored_until_s = timeline.scored_s[1]
     phase = ""
+    looked_at: VehicleState | None = None
 
     def over() -> bool:
-        nonlocal phase
+        nonlocal phase, looked_at
         state = connection.state
-        if state is None:
-            return False
+        if state is None or state is looked_at:
+            return False  # one that was looked at already has not ended the wait
+        looked_at = state
         now_in = timeline.phase(state.time_s)
         if now_in != phase:
             phase = now_in

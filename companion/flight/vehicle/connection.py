@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from companion.flight.errors import LinkLostError
+from companion.flight.loop_time import loop_time
 from companion.flight.vehicle.admission import Admission
 from companion.flight.vehicle.exchanges import Exchanges
 from companion.flight.vehicle.health import Health
@@ -153,11 +154,18 @@ class Connection:
         self._packer = Packer(1, signer=None if signing is None else signing.signer)
         self._heartbeat_due_s = -math.inf
         self._text_id = 0
+        self._time = loop_time
+        """The loop's clock; while housekeeping runs without a look for the loop."""
         self._named_mode: tuple[int, str] | None = None
         """The mode that was named last: it is asked for at every frame."""
         self._troubles: dict[str, int] = {}
         link.on_bytes = self.reception.take
         link.on_change = self._on_link_change
+
+    @property
+    def now_s(self) -> float:
+        """The loop's time."""
+        return self._time()
 
     @property
     def target(self) -> Target:
@@ -218,7 +226,7 @@ class Connection:
     @property
     def readiness(self) -> Readiness:
         """Whether the autopilot would arm."""
-        now = asyncio.get_running_loop().time()
+        now = self._time()
         reports = self.reports
         return self.dialect.readiness(
             ReadinessFacts(
@@ -233,7 +241,7 @@ class Connection:
     @property
     def blind_because(self) -> str:
         """Why what the vehicle does is not known, though it is heard; empty if it is."""
-        if not self.pulse.missing(asyncio.get_running_loop().time()):
+        if not self.pulse.missing(self._time()):
             return ""
         return (
             f"no HEARTBEAT of the autopilot came for {self.pulse.missing_after_s:g} s, though "
@@ -243,7 +251,7 @@ class Connection:
     @property
     def unheard_because(self) -> str:
         """Why the vehicle seems not to hear us, though it is heard; empty if it answers."""
-        unheard_s = self.pulse.unheard_for_s(asyncio.get_running_loop().time(), self.clock)
+        unheard_s = self.pulse.unheard_for_s(self._time(), self.clock)
         # How long is too long takes a look at the losses, which is seldom needed.
         if unheard_s <= UNHEARD_S or unheard_s <= self.pulse.unheard_after_s:
             return ""
@@ -283,7 +291,7 @@ class Connection:
     def send_raw(self, raw: bytes) -> None:
         """Send a packet as it is, then record it."""
         self._link.send(raw)
-        self._log.frame_out(asyncio.get_running_loop().time(), raw)
+        self._log.frame_out(self._time(), raw)
 
     def send_frame(self, frame: Frame) -> None:
         """Send somebody else's frame, under our signature where the link has a key.
@@ -308,6 +316,7 @@ class Connection:
             tell: told when the vehicle falls silent.
         """
         loop = asyncio.get_running_loop()
+        self._time = loop.time
         told = False
         while True:
             now = loop.time()
@@ -363,8 +372,9 @@ class Connection:
 
     def _note(self, frame: Frame, received_s: float) -> None:
         """Count a frame, whether there is time for it or not."""
-        self.peers.on_frame(frame, received_s)
-        if self.peers.is_vehicle(frame):
+        peers = self.peers
+        peers.on_frame(frame, received_s)
+        if peers.is_vehicle(frame):
             self.losses.on_packet(frame.sequence)
 
     def _may_be_vehicle(self, frame: Frame) -> bool:

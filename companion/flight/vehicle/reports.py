@@ -8,6 +8,12 @@ from companion.mavlink.codec import decode
 from companion.mavlink.dialect import Message
 from companion.mavlink.framing import Frame
 from companion.mavlink.messages import BASE_MODE_ARMED, MessageId
+from companion.mavlink.status_fields import (
+    current_mode,
+    estimator_flags,
+    landed_state,
+    sensors,
+)
 
 LANDED_ON_GROUND = 1
 LANDED_IN_AIR = 2
@@ -74,25 +80,22 @@ class Reports:
 
     def take(self, frame: Frame) -> None:
         """Take a message of `REPORT_IDS` from the vehicle."""
-        message = decode(frame)
-        if frame.message_id == MessageId.CURRENT_MODE:
-            self._take_mode(int(message.custom_mode))
-        elif frame.message_id == MessageId.SYS_STATUS:
-            self.sensors = (
-                int(message.onboard_control_sensors_present),
-                int(message.onboard_control_sensors_enabled),
-                int(message.onboard_control_sensors_health),
-            )
+        message_id = frame.message_id
+        if message_id == MessageId.CURRENT_MODE:
+            self._take_mode(current_mode(frame))
+        elif message_id == MessageId.SYS_STATUS:
+            present, enabled, healthy, battery_percent = sensors(frame)
+            self.sensors = (present, enabled, healthy)
             self.sensors_of_mode = self.custom_mode is not None
-            if message.battery_remaining >= 0:
-                self.battery_remaining = message.battery_remaining / 100.0
-        elif frame.message_id in _ESTIMATES:
-            self.estimator_flags = int(message.flags)
+            if battery_percent >= 0:
+                self.battery_remaining = battery_percent / 100.0
+        elif message_id in _ESTIMATES:
+            self.estimator_flags = estimator_flags(frame)
             self.knew_position = self.knew_position or bool(self.estimator_flags & _PLACES)
-        elif frame.message_id == MessageId.EXTENDED_SYS_STATE:
-            self.landed_state = int(message.landed_state)
-        elif frame.message_id == MessageId.STATUSTEXT:
-            self._take_text(message)
+        elif message_id == MessageId.EXTENDED_SYS_STATE:
+            self.landed_state = landed_state(frame)
+        elif message_id == MessageId.STATUSTEXT:
+            self._take_text(decode(frame))
 
     def forget(self) -> None:
         """The autopilot has restarted: of what it said only the texts still hold."""
