@@ -59,6 +59,11 @@ class StepTrajectory:
         position[times_s >= _STEP_AT_S, self.axis] += self.size_m
         return position
 
+    def position_at(self, time_s: float) -> tuple[float, float, float]:
+        """The same at one time."""
+        x, y, z = self.position(np.array([time_s]))[0].tolist()
+        return x, y, z
+
     def motion(self, times_s: Array) -> Motion:
         """The same, with the rates of rest: a step has none that a vehicle could have."""
         rest = np.zeros((len(times_s), 3))

@@ -70,6 +70,11 @@ class SplineTrajectory:
         position: Array = self._spline(inside)
         return position
 
+    def position_at(self, time_s: float) -> tuple[float, float, float]:
+        """Desired position at one time, ENU m."""
+        x, y, z = self.position(np.array([time_s]))[0].tolist()
+        return x, y, z
+
     def motion(self, times_s: Array) -> Motion:
         """Desired positions, velocities and accelerations (samples, 3), ENU."""
         inside = np.clip(times_s, 0.0, self.end_s)

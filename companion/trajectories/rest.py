@@ -29,6 +29,10 @@ class Rest:
         """Desired positions (samples, 3), ENU m."""
         return np.tile(np.array((0.0, 0.0, self.height_m)), (len(times_s), 1))
 
+    def position_at(self, time_s: float) -> tuple[float, float, float]:
+        """The same at one time."""
+        return (0.0, 0.0, self.height_m)
+
     def motion(self, times_s: Array) -> Motion:
         """The same, at rest."""
         rest = np.zeros((len(times_s), 3))

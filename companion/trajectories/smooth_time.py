@@ -1,8 +1,12 @@
 """Time ramps with three continuous derivatives, for starting and stopping without a jolt."""
 
+from typing import TypeVar
+
 import numpy as np
 
 from companion.trajectories.trajectory import Array
+
+_Value = TypeVar("_Value", float, Array)
 
 RAMP_S = 2.0
 """Length of the ramp of `ramped`, s."""
@@ -10,10 +14,18 @@ RAMP_S = 2.0
 
 def smooth_step7(x: Array) -> Array:
     """The smooth step 35x⁴ - 84x⁵ + 70x⁶ - 20x⁷ on [0, 1], held outside."""
-    x = np.minimum(np.maximum(x, 0.0), 1.0)
-    square = x * x
-    value: Array = square * square * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)))
+    value: Array = _step7(np.minimum(np.maximum(x, 0.0), 1.0))
     return value
+
+
+def smooth_step7_at(x: float) -> float:
+    """`smooth_step7` of one number."""
+    return _step7(min(max(x, 0.0), 1.0))
+
+
+def _step7(x: _Value) -> _Value:
+    square = x * x
+    return square * square * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)))
 
 
 def step7(x: Array) -> tuple[Array, Array, Array]:
@@ -27,11 +39,18 @@ def step7(x: Array) -> tuple[Array, Array, Array]:
 
 def _ramp_up_time(t: Array) -> Array:
     """s(t) = 2 (7x⁵ - 14x⁶ + 10x⁷ - 2.5x⁸) + max(t - 2, 0), x = clip(t/2, 0, 1)."""
-    x = np.minimum(np.maximum(t / RAMP_S, 0.0), 1.0)
-    square = x * x
-    value = (RAMP_S * x) * (square * square) * (7.0 + x * (-14.0 + x * (10.0 - 2.5 * x)))
-    time: Array = value + np.maximum(t - RAMP_S, 0.0)
+    time: Array = _ramp(np.minimum(np.maximum(t / RAMP_S, 0.0), 1.0))
+    time += np.maximum(t - RAMP_S, 0.0)
     return time
+
+
+def _ramp_up_time_at(t: float) -> float:
+    return _ramp(min(max(t / RAMP_S, 0.0), 1.0)) + max(t - RAMP_S, 0.0)
+
+
+def _ramp(x: _Value) -> _Value:
+    square = x * x
+    return (RAMP_S * x) * (square * square) * (7.0 + x * (-14.0 + x * (10.0 - 2.5 * x)))
 
 
 def _ramp_up(t: Array) -> tuple[Array, Array, Array]:
@@ -56,10 +75,16 @@ def ramped_time(times_s: Array, stop_s: float) -> Array:
     return stopped
 
 
+def ramped_time_at(time_s: float, stop_s: float) -> float:
+    """`ramped_time` of one time."""
+    if time_s > stop_s:
+        return _ramp_up_time_at(stop_s) + 1.0 - _ramp_up_time_at(stop_s + RAMP_S - time_s)
+    return _ramp_up_time_at(time_s)
+
+
 def _stopping_time(times_s: Array, stop_s: float) -> Array:
     """s(t) after `stop_s`: the ramp, run backwards."""
-    total = float(_ramp_up_time(np.array(stop_s))) + 1.0
-    time: Array = total - _ramp_up_time(stop_s + RAMP_S - times_s)
+    time: Array = _ramp_up_time_at(stop_s) + 1.0 - _ramp_up_time(stop_s + RAMP_S - times_s)
     return time
 
 

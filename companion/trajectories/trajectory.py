@@ -40,6 +40,10 @@ class Trajectory(Protocol):
         """Desired positions (samples, 3) in metres, ENU."""
         ...
 
+    def position_at(self, time_s: float) -> tuple[float, float, float]:
+        """Desired position at one time, ENU m; what is asked for at every sample of the state."""
+        ...
+
     def motion(self, times_s: Array) -> Motion:
         """Desired positions with velocity and acceleration."""
         ...

@@ -187,8 +187,7 @@ class ControlLoop:
         """The reference at a time, (3,) ENU m; None while holding."""
         if self._timeline is None:
             return None
-        position: Array = self._timeline.position(np.array([autopilot_time_s]))[0]
-        return position
+        return np.array(self._timeline.position_at(autopilot_time_s))
 
     def _decide(self, state: VehicleState, loop_delay_s: float) -> Output:
         """Attitude and thrust for a sample, or that nothing is sent."""

@@ -60,6 +60,16 @@ class PlacedTrajectory:
         """Desired positions (samples, 3) in the local frame, ENU m."""
         return self._turned(self.trajectory.position(times_s)) + self._origin
 
+    def position_at(self, time_s: float) -> Vector3:
+        """Desired position at one time in the local frame, ENU m."""
+        x, y, z = self.trajectory.position_at(time_s)
+        east, north, up = self.placement.origin_enu_m
+        heading = self.placement.heading_rad
+        if heading != 0.0:
+            cosine, sine = math.cos(heading), math.sin(heading)
+            x, y = cosine * x - sine * y, sine * x + cosine * y
+        return x + east, y + north, z + up
+
     def motion(self, times_s: Array) -> Motion:
         """Desired positions with velocity and acceleration."""
         motion = self.trajectory.motion(times_s)

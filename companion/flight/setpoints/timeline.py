@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from companion.trajectories.smooth_time import smooth_step7
+from companion.frames import Vector3
+from companion.trajectories.smooth_time import smooth_step7, smooth_step7_at
 from companion.trajectories.trajectory import Array, Trajectory
 
 _STEP7_PEAK_SPEED = 35.0 / 16.0
@@ -28,6 +29,12 @@ class Move:
         moved: Array = self.from_m + share[:, None] * (self.to_m - self.from_m)
         return moved
 
+    def position_at(self, time_s: float) -> Vector3:
+        """Position at one time since the beginning of the move."""
+        share = smooth_step7_at(time_s / self.duration_s)
+        (x, y, z), (to_x, to_y, to_z) = self.from_m.tolist(), self.to_m.tolist()
+        return x + share * (to_x - x), y + share * (to_y - y), z + share * (to_z - z)
+
 
 @dataclass(frozen=True, slots=True)
 class Track:
@@ -45,6 +52,10 @@ class Track:
     def position(self, times_s: Array) -> Array:
         """Positions (samples, 3) at times since the beginning of the trajectory."""
         return self.trajectory.position(times_s)
+
+    def position_at(self, time_s: float) -> Vector3:
+        """Position at one time since the beginning of the trajectory."""
+        return self.trajectory.position_at(time_s)
 
 
 Segment = Move | Track
@@ -89,6 +100,12 @@ class Timeline:
             if inside.any():
                 position[inside] = self.segments[k].position(times[inside] - self.begins_s[k])
         return position
+
+    def position_at(self, autopilot_time_s: float) -> Vector3:
+        """Desired position, ENU m, at one time: `position` in plain floats."""
+        time_s = autopilot_time_s - self.start_s
+        index = self._index(time_s)
+        return self.segments[index].position_at(time_s - self.begins_s[index])
 
     def phase(self, autopilot_time_s: float) -> str:
         """Name of the segment at a time of the autopilot's clock."""

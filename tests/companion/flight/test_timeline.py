@@ -5,9 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from companion.flight.setpoints.placement import PlacedTrajectory, Placement
 from companion.flight.setpoints.timeline import plan_timeline
 from companion.trajectories.from_file import SplineTrajectory
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
+from companion.trajectories.rest import Rest
 
 STEP_S = 1e-3
 SPLINE = SplineTrajectory(
@@ -112,3 +114,24 @@ def test_times_may_come_in_any_order_across_every_boundary() -> None:
         np.testing.assert_array_equal(
             timeline.position(times[order]), timeline.position(times)[order]
         )
+
+
+@pytest.mark.parametrize(
+    "trajectory", [*TEST_TRAJECTORIES.values(), SPLINE, Rest("rest", 1.2, 8.0)]
+)
+@pytest.mark.parametrize("heading_rad", [0.0, 0.7])
+def test_one_time_and_many_give_the_same_positions(trajectory, heading_rad):
+    placed = PlacedTrajectory(trajectory, Placement((0.0, 0.0, 0.0), (0.4, -0.3, 0.1), heading_rad))
+    timeline = make(placed, home_m=(0.5, 0.5, 2.0))
+    times = timeline.start_s + np.linspace(-0.5, timeline.end_s + 1.0, 500)
+    one_by_one = [timeline.position_at(t) for t in times.tolist()]
+    np.testing.assert_allclose(one_by_one, timeline.position(times), rtol=0.0, atol=1e-12)
+
+
+def test_times_in_any_order_give_the_positions_of_each():
+    timeline = make(TEST_TRAJECTORIES[5])
+    times = timeline.start_s + np.linspace(0.0, timeline.end_s, 300)
+    shuffled = np.random.default_rng(0).permutation(len(times))
+    np.testing.assert_allclose(
+        timeline.position(times[shuffled]), timeline.position(times)[shuffled], atol=1e-12
+    )
