@@ -1,6 +1,8 @@
 """Simulated time: exact jumps, a fixed order, and no silent deadlock."""
 
 import asyncio
+import os
+import signal
 import time
 
 import pytest
@@ -94,3 +96,39 @@ def test_an_error_comes_out():
 
     with pytest.raises(ZeroDivisionError):
         run_in_virtual_time(main())
+
+
+def test_a_signal_is_noticed_within_few_rounds_of_the_loop():
+    async def main():
+        loop = asyncio.get_running_loop()
+        came = []
+        loop.add_signal_handler(signal.SIGUSR1, came.append, "signal")
+        try:
+            rounds = []
+            for _ in range(3):
+                came.clear()
+                os.kill(os.getpid(), signal.SIGUSR1)
+                for number in range(1000):
+                    await asyncio.sleep(1.0)
+                    if came:
+                        break
+                rounds.append(number)
+        finally:
+            loop.remove_signal_handler(signal.SIGUSR1)
+        return rounds
+
+    assert max(run_in_virtual_time(main())) < 100
+
+
+def test_a_signal_ends_a_wait_in_which_nothing_else_can_come():
+    async def main():
+        loop = asyncio.get_running_loop()
+        came = loop.create_future()
+        loop.add_signal_handler(signal.SIGUSR1, came.set_result, "signal")
+        try:
+            os.kill(os.getpid(), signal.SIGUSR1)
+            return await came
+        finally:
+            loop.remove_signal_handler(signal.SIGUSR1)
+
+    assert run_in_virtual_time(main()) == "signal"

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink
 
 from companion.mavlink.crc import crc16, crc16_by_table
-from companion.mavlink.framing import LARGEST_FRAME, Framer
+from companion.mavlink.framing import LARGEST_FRAME, Frame, Framer
 
 
 def packed(message, *, sequence=0, system=1, component=1, version=2, key=None):
@@ -74,6 +74,27 @@ def test_a_clean_stream_is_cut_into_exactly_its_packets(stream):
 
     assert [frame.raw for frame in frames] == stream
     assert framer.pending_bytes == 0
+
+
+@settings(deadline=None, derandomize=True)
+@given(st.lists(packets, min_size=2, max_size=8))
+def test_packets_that_come_alone_are_the_frames_that_they_are_in_a_stream(stream):
+    alone, together = Framer(), Framer()
+
+    one_by_one = [frame for raw in stream for frame in alone.feed(raw)]
+
+    assert one_by_one == together.feed(b"".join(stream))
+    assert alone.looks == together.looks
+    assert all(type(frame) is Frame for frame in one_by_one)
+
+
+@settings(deadline=None, derandomize=True)
+@given(messages, st.binary(min_size=1, max_size=20))
+def test_a_packet_with_something_before_or_behind_it_is_found_all_the_same(message, more):
+    raw = packed(message)
+
+    assert raw in frames_of(raw + more)
+    assert raw in frames_of(more.replace(b"\xfd", b"").replace(b"\xfe", b"") + raw)
 
 
 @settings(deadline=None, derandomize=True)

@@ -3,8 +3,14 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pymavlink.dialects.v20 import all as pymavlink
 
-from companion.frames import attitude_from_wire, quaternion_from_euler, swap_flu_frd
+from companion.frames import (
+    attitude_from_wire,
+    attitude_to_wire,
+    quaternion_from_euler,
+    swap_flu_frd,
+)
 from companion.mavlink.codec import Packer, decode
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import Target
@@ -47,6 +53,31 @@ def test_body_rates_come_back_as_they_were_sent(rate, thrust):
     assert message.type_mask == 128
     assert swap_flu_frd(wire) == pytest.approx(rate, abs=1e-5)
     assert message.thrust == pytest.approx(thrust, abs=1e-7)
+
+
+@settings(deadline=None, derandomize=True)
+@given(
+    st.one_of(
+        st.builds(AttitudeSetpoint, attitudes, thrusts), st.builds(BodyRateSetpoint, rates, thrusts)
+    ),
+    st.floats(0.0, 4e6),
+    st.integers(1, 255),
+)
+def test_the_packet_is_pymavlinks_to_the_byte(setpoint, time_s, system_id):
+    packer = Packer(4)
+    packer.sequence = 200
+    raw = packer.pack(setpoint_message(setpoint, time_s, Target(system_id, 1)))
+
+    if isinstance(setpoint, AttitudeSetpoint):
+        mask, q, rate = 7, attitude_to_wire(setpoint.attitude_flu_to_enu), (0.0, 0.0, 0.0)
+    else:
+        mask, q, rate = 128, LEVEL, swap_flu_frd(setpoint.rate_flu_rad_s)
+    message = pymavlink.MAVLink_set_attitude_target_message(
+        round(time_s * 1e3), system_id, 1, mask, q, *rate, setpoint.thrust
+    )
+    theirs = pymavlink.MAVLink(None, srcSystem=4, srcComponent=191)
+    theirs.seq = 200
+    assert raw == bytes(message.pack(theirs))
 
 
 def test_level_and_facing_east_is_a_heading_of_90_degrees():

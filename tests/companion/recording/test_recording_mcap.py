@@ -147,7 +147,41 @@ def test_the_same_records_make_the_same_bytes(tmp_path):
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
 
 
+numbers = st.one_of(
+    st.none(), st.integers(-1000, 1000), st.floats(-1e6, 1e6), st.sampled_from((math.nan, math.inf))
+)
+records = st.fixed_dictionaries(
+    {
+        "a": numbers,
+        "b": numbers,
+        "c": st.lists(numbers, min_size=2, max_size=3),
+        "d": st.sampled_from(([1.0, 2.0], [1.0, math.nan])),
+        "e": st.one_of(st.text(max_size=5), st.booleans(), st.none()),
+    }
+)
+
+
+def as_read(value):
+    """What a reader of the log finds of a value."""
+    if isinstance(value, list):
+        return [as_read(item) for item in value]
+    if isinstance(value, float):
+        return pytest.approx(value, rel=1e-11) if math.isfinite(value) else None
+    return value
+
+
 class TestEncoder:
+    @settings(deadline=None, derandomize=True)
+    @given(st.lists(records, max_size=8))
+    def test_whatever_was_null_before_each_record_is_what_was_given(self, given_records):
+        kinds = {"c": "array", "d": "array", "e": "any"}
+        fields = tuple(Field(name, kinds.get(name, "number")) for name in "abcde")
+        encoder = RecordEncoder(ChannelSpec("x", fields))
+
+        for record in given_records:
+            found = json.loads(encoder.encode(record))
+            assert found == {name: as_read(value) for name, value in record.items()}
+
     def test_not_finite_numbers_become_null_wherever_they_are(self):
         spec = spec_from_record("x", {"a_m": 1.0, "b_m": [1.0, 2.0], "c": {"d": 1.0}, "e": "s"})
         encoder = RecordEncoder(spec)
