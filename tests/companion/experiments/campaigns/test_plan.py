@@ -5,6 +5,8 @@ import yaml
 
 from companion.config.resolve import shipped_names
 from companion.config.yaml_source import ConfigError
+from companion.experiments.batched.task import check_batch
+from companion.experiments.campaigns.batches import batch_task_of
 from companion.experiments.campaigns.plan import Parameter, load_plan
 from companion.experiments.campaigns.tasks import checked_tasks, task_of
 
@@ -81,7 +83,7 @@ def test_a_point_that_can_not_be_flown_is_named_before_anything_is_flown(written
 
 
 def test_an_unknown_name_lists_the_shipped_campaigns():
-    with pytest.raises(ConfigError, match="brief, grid, robustness"):
+    with pytest.raises(ConfigError, match="brief, grid, map, robustness"):
         load_plan("no-such")
 
 
@@ -160,5 +162,7 @@ def test_every_shipped_campaign_can_be_flown(name, tmp_path):
     plan = load_plan(name)
 
     assert plan.remarks == ()
-    for flight in plan.flights[:: max(1, len(plan.flights) // 20)]:
-        assert task_of(plan, flight, tmp_path).key
+    some = plan.flights[:: max(1, len(plan.flights) // 20)]
+    if plan.config.engine == "batched":
+        check_batch([batch_task_of(plan, flight) for flight in some])
+    assert len({task_of(plan, flight, tmp_path).key for flight in some}) == len(some)
