@@ -238,3 +238,19 @@ def test_relieving_another_stack_it_goes_on_with_what_was_commanded_and_not_with
     tick = Tick(replace(level, time_s=10.01), 0.03, 0.4)
     _, _, record = stack.step(memory, tick, lambda times: np.tile(hold, (len(times), 1)))
     assert record.applied_u == pytest.approx(applied_u, abs=0.015)
+
+
+def test_either_solver_flies_the_same_path():
+    """With a bound that is often active; OSQP's tolerance is in the difference."""
+    trajectory = TEST_TRAJECTORIES[5]
+    flown = []
+    for solver in ("osqp", "daqp"):
+        stack = stack_for(**{"mpc.solver": solver, "mpc.r_max_m_s2": 160.0})
+        start = tuple(trajectory.position(np.zeros(1))[0])
+        _, positions, _, records = fly(stack, trajectory.position, 5.0, start_m=start)
+        plans = [record.outer for record in records if record.outer is not None]
+        constrained = sum(any(plan.constrained_axes) for plan in plans)
+        assert constrained > 0.2 * len(plans)
+        assert {plan.status for plan in plans} == {"closed_form", "solved"}
+        flown.append(positions)
+    np.testing.assert_allclose(flown[0], flown[1], atol=2e-4)
