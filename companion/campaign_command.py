@@ -24,7 +24,7 @@ from companion.experiments.campaigns.plan import Plan, load_plan
 from companion.experiments.campaigns.results import RESULTS, Row
 from companion.experiments.flight_store import FAILED, Summary
 from companion.experiments.progress import ProgressDisplay
-from companion.experiments.workers import default_jobs
+from companion.experiments.workers import default_jobs, prepare_workers
 
 _WIDE = 1000
 _GOOD = ("tracked", "landed")
@@ -66,6 +66,8 @@ def run_campaign_file(
         FlightLogError: the folder of a point's log can't be used.
         OSError: the folder can't be written.
     """
+    if request.point is None and request.scheduler is None:
+        prepare_workers()  # sampling takes a second, and so does this
     plan = load_plan(request.file)
     console = _console(sys.stderr)
     for remark in plan.remarks:

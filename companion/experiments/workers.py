@@ -7,6 +7,7 @@ alone: a flight takes the signal for "land".  It ends when its parent does, howe
 import concurrent.futures
 import gc
 import multiprocessing
+import multiprocessing.forkserver
 import os
 import threading
 from collections import deque
@@ -57,6 +58,13 @@ def default_jobs() -> int:
         return max(1, len(os.sched_getaffinity(0)))
     except AttributeError:  # not on every system
         return max(1, os.cpu_count() or 1)
+
+
+def prepare_workers() -> None:
+    """Begin to load what workers need, while this process does something else."""
+    if _context().get_start_method() == "forkserver":
+        with _single_threaded_libraries():
+            multiprocessing.forkserver.ensure_running()
 
 
 class Workers(Generic[Item, Result]):
