@@ -1,9 +1,8 @@
 """Equations that run at every tick, compiled by numba where it is installed; plain otherwise.
 
-An equation is written once, in plain Python on floats and on tuples of floats, in a module of
-nothing but such.  `compiled` gives it back as machine code, or as it is.  Both give the same bits:
-no option lets the compiler change the order of a sum, and it takes square roots and sines from
-where Python takes them.
+An equation is written once, in plain Python on floats and on tuples of floats.  `compiled` gives
+it back as machine code, or as it is.  Both give the same bits: no option lets the compiler change
+the order of a sum, and it takes square roots and sines from where Python takes them.
 
 The machine code is kept beside the module, or in the user's cache where that cannot be written, so
 only the very first use compiles (docs/decisions/0019-compiled-plant.md).
@@ -13,7 +12,9 @@ only the very first use compiles (docs/decisions/0019-compiled-plant.md).
 import os
 from collections.abc import Callable
 from functools import cache
+from hashlib import sha256
 from importlib.util import find_spec
+from types import FunctionType
 from typing import Any, Final, TypeVar, cast
 
 VARIABLE: Final = "SITL_SHIM_COMPILED"
@@ -35,7 +36,7 @@ def compiled(function: Function, *shapes: int, parts: tuple[Equation, ...] = ())
     Args:
         function: takes and gives floats, booleans, and tuples of floats.
         shapes: of its arguments: the length of a tuple, `FLOAT` or `BOOLEAN`.
-        parts: functions of the same module that it calls.
+        parts: all the functions that it calls, and that those call.
     """
     if not compiling():
         return function
@@ -55,13 +56,27 @@ def _machine_code(
         kinds.get(shape) or types.UniTuple(float64, shape)  # type: ignore[no-untyped-call]
         for shape in shapes
     )
+    named = _named_after_its_code(function, parts)
     try:
-        dispatcher = njit([signature], cache=True)(function)
+        dispatcher = njit([signature], cache=True)(named)
     except RuntimeError:  # nowhere to keep it: this process compiles for itself
-        dispatcher = njit([signature])(function)
+        dispatcher = njit([signature])(named)
     # The machine code itself, without the search for the one that fits the arguments' types.
     machine_code: Equation = dispatcher.get_overload(signature)
     return machine_code
+
+
+def _named_after_its_code(function: Equation, parts: tuple[Equation, ...]) -> Equation:
+    """The same function under a name that changes with all that it calls.
+
+    numba looks up what it keeps by name and by the file of the function alone.
+    """
+    codes = [part.__code__ for part in (function, *parts)]
+    text = repr([(code.co_code, code.co_names, code.co_consts) for code in codes])
+    named = FunctionType(function.__code__, function.__globals__, function.__name__)
+    named.__module__ = function.__module__
+    named.__qualname__ = f"{function.__qualname__}_{sha256(text.encode()).hexdigest()[:12]}"
+    return named
 
 
 @cache

@@ -1,8 +1,7 @@
 """The plant's equations: rotors, and Newton's and Euler's of a rigid body with drag.
 
 Plain functions of floats and tuples of floats, so that they run as they are, and compiled
-(`sitl_shim.compiled`), with the same results.  What compiled code calls has to stand in this one
-module: a change to another one would not be noticed by the compiler's cache.
+(`sitl_shim.compiled`), with the same results.
 
 State: velocity (world), attitude quaternion (body to world), body rate.  Position appears on
 no right-hand side, because the wind is held over a step, so it is integrated in closed form

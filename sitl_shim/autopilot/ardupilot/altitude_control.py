@@ -3,7 +3,8 @@
 ArduPilot's AC_PosControl, vertical axis, in metres and up.
 """
 
-from sitl_shim.autopilot.ardupilot.shaping import shape_position, shape_velocity, sqrt_controller
+from sitl_shim.autopilot.ardupilot.laws import sqrt_controller
+from sitl_shim.autopilot.ardupilot.shaping import shape_position, shape_velocity
 from sitl_shim.autopilot.filters import first_order_gain
 from sitl_shim.autopilot.interface import TICK_RATE_HZ, TICK_S, EstimateStep, Motion
 from sitl_shim.autopilot.parameters import ParameterStore

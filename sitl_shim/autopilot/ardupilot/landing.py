@@ -4,7 +4,7 @@ import math
 from enum import IntEnum
 
 from sitl_shim.autopilot.ardupilot.cascade import Cascade
-from sitl_shim.autopilot.ardupilot.shaping import sqrt_controller
+from sitl_shim.autopilot.ardupilot.laws import sqrt_controller
 from sitl_shim.autopilot.interface import TICK_S, Motion
 from sitl_shim.autopilot.parameters import ParameterStore
 from sitl_shim.frames import Vector3

@@ -5,12 +5,12 @@ ArduPilot's AC_PosControl, horizontal axes, in metres, east and north.
 
 import math
 
+from sitl_shim.autopilot.ardupilot.laws import sqrt_controller
 from sitl_shim.autopilot.ardupilot.shaping import (
     Pair,
     limit_length,
     shape_position_xy,
     shape_velocity_xy,
-    sqrt_controller,
 )
 from sitl_shim.autopilot.filters import first_order_gain
 from sitl_shim.autopilot.interface import TICK_RATE_HZ, TICK_S, EstimateStep, Motion

@@ -1,102 +1,44 @@
 """Rate control: from body-rate setpoints to normalised torques (ArduPilot's AC_PID)."""
 
+from sitl_shim.autopilot.ardupilot.laws import RateGains, RateState, axis_torque, rate_torques
 from sitl_shim.autopilot.filters import SecondOrderLowPass, first_order_gain
-from sitl_shim.autopilot.interface import TICK_RATE_HZ, TICK_S
+from sitl_shim.autopilot.interface import TICK_RATE_HZ
 from sitl_shim.autopilot.parameters import ParameterStore
+from sitl_shim.compiled import BOOLEAN, compiled
 from sitl_shim.frames import Vector3
 
-
-class _Axis:
-    """PID of one axis, with its gyro filter."""
-
-    __slots__ = (
-        "_d",
-        "_derivative",
-        "_error",
-        "_feedforward",
-        "_filter",
-        "_filter_d",
-        "_filter_e",
-        "_filter_t",
-        "_i",
-        "_limit",
-        "_p",
-        "_target",
-        "integral",
-    )
-
-    def __init__(self) -> None:
-        self.integral = 0.0
-        self._target: float | None = None
-        self._error = self._derivative = 0.0
-
-    def configure(self, parameters: ParameterStore, name: str) -> None:
-        prefix = f"ATC_RAT_{name}_"
-        p = parameters
-        self._p, self._i, self._d = p[prefix + "P"], p[prefix + "I"], p[prefix + "D"]
-        self._feedforward, self._limit = p[prefix + "FF"], p[prefix + "IMAX"]
-        self._filter = SecondOrderLowPass(TICK_RATE_HZ, p["INS_GYRO_FILTER"])
-        self._filter_t = first_order_gain(TICK_RATE_HZ, p[prefix + "FLTT"])
-        self._filter_e = first_order_gain(TICK_RATE_HZ, p[prefix + "FLTE"])
-        self._filter_d = first_order_gain(TICK_RATE_HZ, p[prefix + "FLTD"])
-
-    def reset(self) -> None:
-        self.integral = 0.0
-        self._target = None
-
-    def step(self, measured: float, setpoint: float, *, limited: bool) -> float:
-        """One period: torque, -1 to 1.
-
-        Args:
-            measured: body rate, rad/s.
-            setpoint: body rate, rad/s.
-            limited: the motors could not give what was asked for last time.
-        """
-        rate = self._filter.step(measured)
-        if self._target is None:
-            self._target = setpoint
-            self._error = setpoint - rate
-            self._derivative = 0.0
-        else:
-            self._target += self._filter_t * (setpoint - self._target)
-            last = self._error
-            self._error += self._filter_e * (self._target - rate - last)
-            raw = (self._error - last) / TICK_S
-            self._derivative += self._filter_d * (raw - self._derivative)
-        error = self._error
-        if not limited or self.integral * error < 0.0:
-            integral = self.integral + self._i * error * TICK_S
-            limit = self._limit
-            self.integral = -limit if integral < -limit else limit if integral > limit else integral
-        torque = (
-            self._p * error
-            + self.integral
-            + self._d * self._derivative
-            + self._feedforward * self._target
-        )
-        return -1.0 if torque < -1.0 else 1.0 if torque > 1.0 else torque
+_REST: RateState = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class RateControl:
     """PID of the three body rates (FLU)."""
 
-    __slots__ = ("_pitch", "_roll", "_yaw")
+    __slots__ = ("_gains", "_gyro", "_law", "_low_pass", "_settled", "_states")
 
     def __init__(self, parameters: ParameterStore) -> None:
-        self._roll, self._pitch, self._yaw = _Axis(), _Axis(), _Axis()
+        self._states = (_REST, _REST, _REST)
+        self._law = compiled(
+            rate_torques,
+            *(8, 8, 8, 6, 7, 7, 7, 3, 3, BOOLEAN, BOOLEAN),
+            parts=(axis_torque,),
+        )
         self.configure(parameters)
 
     def configure(self, parameters: ParameterStore) -> None:
-        """Read gains and filters anew; the integrators stay."""
-        self._roll.configure(parameters, "RLL")
-        self._pitch.configure(parameters, "PIT")
-        self._yaw.configure(parameters, "YAW")
+        """Read gains and filters anew; the integrators stay, the filters begin afresh."""
+        self._gains = (
+            _gains_of(parameters, "RLL"),
+            _gains_of(parameters, "PIT"),
+            _gains_of(parameters, "YAW"),
+        )
+        self._low_pass = SecondOrderLowPass(TICK_RATE_HZ, parameters["INS_GYRO_FILTER"])
+        self._gyro = self._low_pass.coefficients
+        self._settled = False
 
     def reset(self) -> None:
         """Forget the past: the motors did not obey."""
-        self._roll.reset()
-        self._pitch.reset()
-        self._yaw.reset()
+        roll, pitch, yaw = self._states
+        self._states = (_forgotten(roll), _forgotten(pitch), _forgotten(yaw))
 
     def update(
         self, rate_flu_rad_s: Vector3, setpoint_flu_rad_s: Vector3, limits: tuple[bool, bool]
@@ -108,9 +50,50 @@ class RateControl:
             setpoint_flu_rad_s: wanted.
             limits: whether roll and pitch, and yaw, were cut by the motors.
         """
-        tilt, yaw = limits
-        return (
-            self._roll.step(rate_flu_rad_s[0], setpoint_flu_rad_s[0], limited=tilt),
-            self._pitch.step(rate_flu_rad_s[1], setpoint_flu_rad_s[1], limited=tilt),
-            self._yaw.step(rate_flu_rad_s[2], setpoint_flu_rad_s[2], limited=yaw),
+        if not self._settled:
+            self._settle(rate_flu_rad_s)
+        roll, pitch, yaw = self._gains
+        roll_state, pitch_state, yaw_state = self._states
+        tilt, turn = limits
+        torque, roll_state, pitch_state, yaw_state = self._law(
+            roll,
+            pitch,
+            yaw,
+            self._gyro,
+            roll_state,
+            pitch_state,
+            yaw_state,
+            rate_flu_rad_s,
+            setpoint_flu_rad_s,
+            tilt,
+            turn,
         )
+        self._states = (roll_state, pitch_state, yaw_state)
+        return torque
+
+    def _settle(self, rate_flu_rad_s: Vector3) -> None:
+        """Let the filters begin settled on the first sample."""
+        self._settled = True
+        roll, pitch, yaw = self._states
+        x, y, z = (self._low_pass.settled_on(rate) for rate in rate_flu_rad_s)
+        self._states = ((*roll[:5], x, x), (*pitch[:5], y, y), (*yaw[:5], z, z))
+
+
+def _gains_of(parameters: ParameterStore, name: str) -> RateGains:
+    prefix, p = f"ATC_RAT_{name}_", parameters
+    return (
+        p[prefix + "P"],
+        p[prefix + "I"],
+        p[prefix + "D"],
+        p[prefix + "FF"],
+        p[prefix + "IMAX"],
+        first_order_gain(TICK_RATE_HZ, p[prefix + "FLTT"]),
+        first_order_gain(TICK_RATE_HZ, p[prefix + "FLTE"]),
+        first_order_gain(TICK_RATE_HZ, p[prefix + "FLTD"]),
+    )
+
+
+def _forgotten(state: RateState) -> RateState:
+    """A state without integral and target; the gyro's filter goes on."""
+    _, target, error, derivative, _, w1, w2 = state
+    return (0.0, target, error, derivative, 0.0, w1, w2)

@@ -6,67 +6,11 @@ acceleration; targets of velocity and acceleration are shaped by it with limited
 
 import math
 
+from sitl_shim.autopilot.ardupilot.laws import sqrt_controller
 from sitl_shim.autopilot.interface import TICK_S
 
 Pair = tuple[float, float]
 """East and north."""
-
-
-def sqrt_controller(error: float, gain: float, acceleration_max: float) -> float:
-    """Rate of approach: ``gain * error``, but never faster than braking allows.
-
-    Args:
-        error: what is left.
-        gain: 1/s, near the goal; 0: braking alone decides.
-        acceleration_max: of the approach; 0: linear everywhere.
-    """
-    if acceleration_max <= 0.0:
-        rate = error * gain
-    elif gain == 0.0:
-        rate = math.copysign(math.sqrt(2.0 * acceleration_max * abs(error)), error)
-    else:
-        linear = acceleration_max / (gain * gain)
-        if error > linear:
-            rate = math.sqrt(2.0 * acceleration_max * (error - 0.5 * linear))
-        elif error < -linear:
-            rate = -math.sqrt(2.0 * acceleration_max * (-error - 0.5 * linear))
-        else:
-            rate = error * gain
-    most = abs(error) / TICK_S  # not beyond the goal within one period
-    return max(-most, min(most, rate))
-
-
-def shape_angle(
-    error: float,
-    time_constant_s: float,
-    acceleration_max: float,
-    rate: float,
-    rate_goal: float,
-    rate_max: float,
-) -> float:
-    """Next angular velocity of an attitude target on its way to the goal.
-
-    Args:
-        error: angle that is left, rad.
-        time_constant_s: of the approach near the goal.
-        acceleration_max: rad/s2; 0: none.
-        rate: of the target now, rad/s.
-        rate_goal: to have at the goal, rad/s.
-        rate_max: rad/s; 0: none.
-    """
-    gain = 1.0 / max(time_constant_s, 0.01)
-    wanted = rate_goal + sqrt_controller(error, gain, acceleration_max)
-    if rate_max > 0.0:
-        wanted = max(-rate_max, min(rate_max, wanted))
-    return shape_rate(wanted, acceleration_max, rate)
-
-
-def shape_rate(wanted: float, acceleration_max: float, rate: float) -> float:
-    """Next angular velocity of a target: towards ``wanted``, acceleration limited."""
-    if acceleration_max <= 0.0:
-        return wanted
-    step = acceleration_max * TICK_S
-    return max(rate - step, min(rate + step, wanted))
 
 
 def shape_velocity(

@@ -1,7 +1,6 @@
 """PX4's attitude and rate laws, as equations of floats and tuples of floats.
 
-They run as they are, or compiled (`sitl_shim.compiled`), with the same results; what compiled code
-calls has to stand in this one module.
+They run as they are, or compiled (`sitl_shim.compiled`), with the same results.
 """
 
 import math
