@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from companion.config.models import ResponseConfig
 from companion.control.reference_model import Array, oscillator_exponential
 from companion.control.thrust import GRAVITY_M_S2
 from companion.experiments.batched.air import Air
@@ -20,6 +21,8 @@ STEP_S = 0.004
 _RATE_LIMIT_RAD_S = math.radians(220.0)
 """PX4's MC_ROLLRATE_MAX and MC_PITCHRATE_MAX as shipped."""
 _STREAM = 1
+_LEAST_S = 0.01
+"""No attitude answers sooner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +60,7 @@ def make_plants(laws: Laws, vehicles: Sequence[Vehicle]) -> Plants:
     lag = np.array([f.attitude_lag for f in factors])
     drag = np.array([f.drag for f in factors])
     full_n = len(said["rotors"]) * propulsion["max_thrust_n"]
-    # What lags more is slower by the root and better damped; more torque is quicker, at equal lag.
-    frequency = attitude.natural_frequency_rad_s * np.sqrt(thrust / lag)
-    damping = attitude.damping * np.sqrt(thrust * lag)
+    frequency, damping = _changed(attitude, lag, thrust)
     delay = said["telemetry_delay_s"] + said["command_delay_s"]
     link = delay + np.array([f.delay_s for f in factors])
     return Plants(
@@ -167,6 +168,28 @@ class _Delayed:
         self._step += 1
         mean: Array = new + self._part * (old - new)
         return mean
+
+
+def _changed(attitude: ResponseConfig, lag: Array, torque: Array) -> tuple[Array, Array]:
+    """Natural frequencies and dampings of an attitude that lags more or has more torque.
+
+    With a rate loop below a gain on the angle, of the response's inverse ``1 + L s + Q s² + …`` L
+    is the inverse of that gain and Q has the rate loop's lag as a factor, which goes with the
+    inverse of the torque.  The dead time stays; what is of second order takes up the rest.
+
+    Args:
+        attitude: the response as stated.
+        lag: (vehicles,) factors.
+        torque: (vehicles,) factors.
+    """
+    dead_s, stated = attitude.delay_s, attitude.natural_frequency_rad_s
+    lag_s = 2.0 * attitude.damping / stated
+    first = lag * (lag_s + dead_s) - dead_s
+    second = lag / torque * (stated**-2 + lag_s * dead_s + 0.5 * dead_s**2)
+    second = np.maximum(second - first * dead_s - 0.5 * dead_s**2, _LEAST_S**2)
+    first = np.maximum(first, _LEAST_S)
+    frequency = 1.0 / np.sqrt(second)
+    return frequency, 0.5 * first * frequency
 
 
 def _oscillator(frequency_rad_s: float, damping: float) -> tuple[float, float, float, float]:

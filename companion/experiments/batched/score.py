@@ -50,7 +50,7 @@ class Score:
         np.maximum(self._most, error, out=self._most)
         np.maximum(self._height, np.where(scored, np.abs(off[2]), 0.0), out=self._height)
         np.maximum(self._wind, np.where(scored, wind_m_s2, 0.0), out=self._wind)
-        self._flown_s[scored] = time_s - self._hover_s
+        self._flown_s[scored] = round(time_s - self._hover_s, 6)
 
     def sample(
         self, time_s: float, position_m: Array, desired_m: Array, u: Array, dt_s: float
