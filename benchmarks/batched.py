@@ -154,7 +154,7 @@ def _map(path: Path) -> dict[str, Any]:
     from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
 
-    lags, delays = np.linspace(0.5, 3.0, 51), np.linspace(0.0, 0.065, 27)
+    lags, delays = np.linspace(0.5, 2.5, 41), np.linspace(0.0, 0.065, 27)
     tasks = [
         BatchTask(
             FlightTask(CONTROLLER, 4, "calm", seed=seed),

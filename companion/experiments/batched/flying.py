@@ -81,7 +81,7 @@ def _fly(laws: Laws, vehicles: Sequence[Vehicle]) -> tuple[list[Summary], list[f
     desired = _Desired([vehicle.trajectory for vehicle in vehicles], hover_s)
     fleet = Fleet(plants, Air([v.winds for v in vehicles], seeds, STEP_S), desired.at_step(0))
     loop_delay_s = np.minimum(plants.link_delay_s, _LONGEST_CARRIED_S)
-    outer = make_outer(stack.outer, fleet.position_m, loop_delay_s)
+    outer = make_outer(stack.outer, laws.make_solver, fleet.position_m, loop_delay_s)
     inner = make_inner(stack.inner, len(vehicles))
     thrust = ThrustLaw(stack.thrust.gains, fleet.velocity_m_s[2])
     scored = np.array([vehicle.trajectory.scored_s for vehicle in vehicles])

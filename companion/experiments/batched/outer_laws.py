@@ -1,8 +1,9 @@
 """The outer controllers over many vehicles; axes first: (3, vehicles).
 
 The MPC's plans come of the flight's own matrices (`companion.control.qp`) as one product over all
-vehicles.  Where a plan violates a constraint, that vehicle is handed to the flight's `Mpc.step`,
-solver and fallbacks included, so that nothing is approximated.
+vehicles.  The axes on which a plan violates a constraint go to the flight's own solvers one by one,
+and a vehicle for which these fail to the flight's `Mpc.step`, fallbacks included, so that nothing
+is approximated.
 """
 
 from collections import deque
@@ -14,7 +15,9 @@ from companion.control.feedback import FeedbackController
 from companion.control.interfaces import OuterController
 from companion.control.mpc import Mpc, MpcMemory
 from companion.control.qp.condensed import condense
+from companion.control.qp.constrained import ConstrainedAxis, SoftBounds
 from companion.control.qp.plan_map import APPLIED, BEFORE, POSITION, PREVIEW, VELOCITY, plan_map
+from companion.control.qp.port import QpSolverFactory
 from companion.control.reference_model import Array, PositionModel, discretise_position_model
 
 Desired = Callable[[Array], Array]
@@ -25,17 +28,18 @@ _SOLVED = ("closed_form", "solved")
 
 
 def make_outer(
-    controller: OuterController, position_m: Array, delay_s: Array
+    controller: OuterController, make_solver: QpSolverFactory, position_m: Array, delay_s: Array
 ) -> "PlanningLaw | FeedbackLaw":
     """The law of a stack, beginning at rest.
 
     Args:
         controller: of the stack.
+        make_solver: of constrained problems.
         position_m: (3, vehicles).
         delay_s: (vehicles,) of the loop, as the companion measures it.
     """
     if isinstance(controller, Mpc):
-        return PlanningLaw(controller, position_m, delay_s)
+        return PlanningLaw(controller, make_solver, position_m, delay_s)
     assert isinstance(controller, FeedbackController)
     return FeedbackLaw(controller, position_m.shape)
 
@@ -65,22 +69,24 @@ class FeedbackLaw:
 class PlanningLaw:
     """`companion.control.mpc` with the state carried over each vehicle's delay."""
 
-    def __init__(self, mpc: Mpc, position_m: Array, delay_s: Array) -> None:
-        """Begin with a reference at the positions."""
+    def __init__(
+        self, mpc: Mpc, make_solver: QpSolverFactory, position_m: Array, delay_s: Array
+    ) -> None:
+        """Begin with a reference at the positions; arguments as for `make_outer`."""
         settings, model = mpc.settings, mpc.settings.model
         n, count = settings.horizon + 1, position_m.shape[1]
         a, b = discretise_position_model(
             np.array(model.m), np.array(model.gain_k), settings.period_s
         )
-        maps = [
-            plan_map(
-                condense(a[i], b[i], settings.horizon, settings.weights),
-                penalise_absolute_r=settings.penalise_absolute_r,
-            )
-            for i in range(len(a))
+        problems = [
+            condense(*axis, settings.horizon, settings.weights) for axis in zip(a, b, strict=True)
         ]
+        maps = [plan_map(p, penalise_absolute_r=settings.penalise_absolute_r) for p in problems]
         self._rows = np.stack([m.rows for m in maps])
-        second = np.full((3, n), settings.r_max_m_s2 * settings.period_s**2)
+        self._relative = maps[0].relative
+        second_limit = settings.r_max_m_s2 * settings.period_s**2
+        self._axes = [ConstrainedAxis(p, second_limit, make_solver) for p in problems]
+        second = np.full((3, n), second_limit)
         speed = np.repeat(np.array(settings.velocity_limit_m_s)[:, None], n, axis=1)
         box = [np.repeat(np.array(end)[:, None], n, axis=1) for end in (
             settings.box_low_m, settings.box_high_m)]  # fmt: skip
@@ -124,18 +130,42 @@ class PlanningLaw:
         plan, first = rows[:, : self._n], rows[:, 0].copy()
         self.plans += ~self.lost
         self.at_r_max += outside[:, 2 * self._n :].any(axis=(0, 1)) & ~self.lost
-        violated = outside.any(axis=(0, 1)) & ~self.lost
+        axes = outside.any(axis=1) & ~self.lost
+        violated = axes.any(axis=0)
         self.constrained += violated
         self._failures[~violated] = 0
-        for k in np.flatnonzero(violated).tolist():
-            first[:, k] = self._solved(k, data[:, :, k], plan)
+        which = np.flatnonzero(violated)
+        each = np.ascontiguousarray(data.transpose(2, 0, 1)[which])
+        for k, own, asks in zip(which.tolist(), each, axes.T[which].tolist(), strict=True):
+            first[:, k] = self._solved(k, own, asks, plan)
         self._plan = plan
         self._before, self._applied = self._applied, first
         self._carry.remember(time_s, first)
         return first
 
-    def _solved(self, k: int, data: Array, plan: Array) -> Array:
-        """A vehicle's reference by the flight's controller, and its plan in the place of ours."""
+    def _solved(self, k: int, data: Array, asks: list[bool], plan: Array) -> Array:
+        """A vehicle's reference where some axes ask for a solver; its plan becomes that one's."""
+        settings = self._mpc.settings
+        for i, asked in enumerate(asks):
+            if not asked:
+                continue
+            centre, applied, before = (float(data[i, at]) for at in (PREVIEW, APPLIED, BEFORE))
+            bounds = SoftBounds(
+                settings.velocity_limit_m_s[i],
+                settings.box_low_m[i] - centre,
+                settings.box_high_m[i] - centre,
+            )
+            relative = self._relative.dot(data[i])
+            found = self._axes[i].solve(relative, applied - centre, before - centre, bounds).plan
+            if found is None:
+                return self._fallback(k, data, plan)
+            plan[i, :, k] = found + centre
+        self._failures[k] = 0
+        first: Array = plan[:, 0, k]
+        return first
+
+    def _fallback(self, k: int, data: Array, plan: Array) -> Array:
+        """What the flight's controller does for a vehicle whose problem could not be solved."""
         memory = MpcMemory(
             self._applied[:, k], self._before[:, k], self._plan[:, :, k].T, int(self._failures[k])
         )

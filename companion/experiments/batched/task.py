@@ -14,7 +14,8 @@ from companion.config.resolve import FlightConfig
 from companion.config.yaml_source import ConfigError
 from companion.control.frameworks import Stack
 from companion.control.qp import daqp_solver
-from companion.control.qp.solvers import solver_factory
+from companion.control.qp.port import QpSolverFactory
+from companion.control.qp.solvers import SolverName, solver_factory
 from companion.experiments.flight_task import FlightTask, code_digest, load_task
 from companion.experiments.perturbed_plant import plant_text
 from companion.experiments.shim_files import shim_folder
@@ -91,6 +92,7 @@ class Laws:
 
     config: FlightConfig
     stack: Stack
+    make_solver: QpSolverFactory
     plant: dict[str, Any]
     """The plant file, as shipped."""
 
@@ -177,10 +179,11 @@ def _laws(config: FlightConfig) -> Laws:
         raise _refused(
             "vehicle", f"{config.vehicle.name} with its estimator", "Take bebop2 or x500"
         )
-    # The same optimum, several times as quickly; what the controller's file names otherwise.
-    solver = solver_factory("daqp") if daqp_solver.installed() else None
+    # The same optimum several times as quickly, where it is there.
+    name: SolverName = "daqp" if daqp_solver.installed() else "osqp"
+    solver = solver_factory(name)
     stack = make_paper_stack(config.controller, config.vehicle, config.mission, solver)
-    return Laws(config, stack, plant)
+    return Laws(config, stack, solver, plant)
 
 
 def _vehicle(task: BatchTask, config: FlightConfig, scenario: Path) -> Vehicle:

@@ -89,7 +89,7 @@ def test_the_mpc_and_the_way_over_the_delay_are_the_flights(seed: int, hard: boo
     )  # fmt: skip
     start = np.tile([[0.1], [0.2], [1.0]], VEHICLES)
     delay_s = np.array([0.0, 0.0301, 0.045, 0.12])
-    law = PlanningLaw(Mpc(configured, OsqpSolver), start, delay_s)
+    law = PlanningLaw(Mpc(configured, OsqpSolver), OsqpSolver, start, delay_s)
     mpc = Mpc(configured, OsqpSolver)
 
     def desired(times_s: Array) -> Array:
@@ -97,6 +97,7 @@ def test_the_mpc_and_the_way_over_the_delay_are_the_flights(seed: int, hard: boo
         return np.concatenate([turn, 1.0 + 0.0 * times_s[None]])
 
     memories = [mpc.start(start[:, v]) for v in range(VEHICLES)]
+    applied: list[tuple[AppliedReference, ...]]
     applied = [(AppliedReference(-math.inf, start[:, v]),) for v in range(VEHICLES)]
     for time_s in (0.0, 0.04, 0.06, 0.1, 0.12, 0.16):
         position = start + 0.02 * rng.normal(size=start.shape)
