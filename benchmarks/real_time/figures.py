@@ -115,13 +115,12 @@ def _unanswered(segment: Segment) -> int:
 
 
 def _memory(segment: Segment) -> dict[str, float]:
-    settled = [mib for time_s, mib in segment.rss_mib if time_s >= _SETTLED_S] or [
-        segment.rss_mib[-1][1]
-    ]
-    # The last looks are of the time after the landing: scoring and drawing.
-    flown = settled[: max(1, len(settled) - 6)]
+    """While setpoints flowed, and at most; the most is held after the landing, to draw."""
+    begin_ns, end_ns = segment.rss_mib[0][0] + int(_SETTLED_S * 1e9), segment.pairs_ns[-1][0]
+    flown = [mib for moment, mib in segment.rss_mib if begin_ns <= moment <= end_ns]
+    flown = flown or [segment.rss_mib[-1][1]]  # a segment too short to settle
     return {
-        "settled": round(settled[0], 1),
+        "settled": round(flown[0], 1),
         "end": round(flown[-1], 1),
         "peak": round(max(mib for _, mib in segment.rss_mib), 1),
     }

@@ -45,8 +45,8 @@ class Segment:
     samples_ns: list[int]
     repeated: int
     noise_ms: list[float]
-    rss_mib: list[tuple[float, float]]
-    """Time since the client's start, s, and its resident memory."""
+    rss_mib: list[tuple[int, float]]
+    """Moment, ns, and the client's resident memory then."""
     processor_share: float
     """Of one processor, by the client."""
     said: str
@@ -136,9 +136,9 @@ def _rest(process: "subprocess.Popen[str]") -> str:
     return process.communicate(timeout=_ENDS_WITHIN_S)[0]
 
 
-def _watched(command: Sequence[str]) -> tuple[str, list[tuple[float, float]], float]:
+def _watched(command: Sequence[str]) -> tuple[str, list[tuple[int, float]], float]:
     """Run a client: what it said, its memory over its time, and its share of a processor."""
-    memory: list[tuple[float, float]] = []
+    memory: list[tuple[int, float]] = []
     ticks = 0
     begin = time.monotonic()
     with subprocess.Popen(
@@ -153,7 +153,7 @@ def _watched(command: Sequence[str]) -> tuple[str, list[tuple[float, float]], fl
             while process.poll() is None:
                 looked = _look(process.pid)
                 if looked is not None:
-                    memory.append((time.monotonic() - begin, looked[0]))
+                    memory.append((time.time_ns(), looked[0]))
                     ticks = looked[1]
                 time.sleep(_LOOKS_EVERY_S)
         finally:
