@@ -81,13 +81,19 @@ class FlightLog:
     def frame_in(self, time_s: float, raw: bytes) -> None:
         """Record a packet that was received; then hand everything to the system, if it is due."""
         self._receiving = True
-        self._frame(time_s, raw, sent=False)
+        if self._tlog is None or not 0.0 <= time_s < _LATEST_S:
+            self.lost += 1
+        else:
+            self._tlog.write(time_s, raw, sent=False)
         if time_s >= self._flush_at_s:
             self.flush_if_due(time_s)
 
     def frame_out(self, time_s: float, raw: bytes) -> None:
         """Record a packet that was sent."""
-        self._frame(time_s, raw, sent=True)
+        if self._tlog is None or not 0.0 <= time_s < _LATEST_S:
+            self.lost += 1
+        else:
+            self._tlog.write(time_s, raw, sent=True)
 
     def record(self, topic: str, time_s: float, values: Mapping[str, Any]) -> None:
         """Record what a stage of the controller says about itself."""
@@ -126,12 +132,6 @@ class FlightLog:
         """Finish the files; safe to call twice."""
         self.flush()
         self._release()
-
-    def _frame(self, time_s: float, raw: bytes, *, sent: bool) -> None:
-        if self._tlog is None or not 0.0 <= time_s < _LATEST_S:
-            self.lost += 1
-            return
-        self._tlog.write(time_s, raw, sent=sent)
 
     def _give_up_tlog(self, error: Exception) -> None:
         if self._tlog is not None:

@@ -1,10 +1,12 @@
 """Who flies: the companion, until a person says otherwise or somebody else takes over."""
 
+import asyncio
 import math
 from collections.abc import Callable
 
 from companion.flight.errors import DisarmedError, HandedOverError, LandingAskedError
 from companion.flight.inbox import Inbox, PilotCommand
+from companion.flight.loop_time import loop_time
 from companion.flight.setpoints.setpoint_stream import SetpointStream
 from companion.flight.vehicle.connection import Connection
 from companion.flight.vehicle.reports import LANDED_ON_GROUND
@@ -33,6 +35,7 @@ class Authority:
         self._landing = False
         self._restarts = 0
         self._clocks_set_back = 0
+        self._time = loop_time
         self._in_touch_s = math.nan
         """Loop's time at which nothing was found amiss last."""
         self.fault: Callable[[], Exception | None] = lambda: None
@@ -55,6 +58,7 @@ class Authority:
         self._restarts = self._connection.restarts
         self._clocks_set_back = self._connection.clocks_set_back
         self._landing = False
+        self._time = asyncio.get_running_loop().time
         self._in_touch_s = math.nan
         self._connection.waiting.interruption = self._interruption
 
@@ -120,7 +124,7 @@ class Authority:
         connection = self._connection
         if self._streaming and connection.clocks_set_back > self._clocks_set_back:
             return "the autopilot's clock was set back: its times mean nothing any more"
-        now_s = connection.now_s
+        now_s = self._time()
         if now_s == self._in_touch_s:
             return ""
         amiss = connection.blind_because or (connection.unheard_because if self._streaming else "")

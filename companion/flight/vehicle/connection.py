@@ -163,11 +163,6 @@ class Connection:
         link.on_change = self._on_link_change
 
     @property
-    def now_s(self) -> float:
-        """The loop's time."""
-        return self._time()
-
-    @property
     def target(self) -> Target:
         """Whom to address; only once the vehicle is known."""
         assert self.peers.vehicle is not None
@@ -363,7 +358,8 @@ class Connection:
         frame_in = self._log.frame_in
         for frame in frames:
             frame_in(received_s, frame.raw)
-        self.waiting.wake()
+        if len(frames) != 1 or not is_truth(frames[0]):  # the truth is nobody's to wait for
+            self.waiting.wake()
         if self.on_frames is not None and frames:
             try:
                 self.on_frames(frames)

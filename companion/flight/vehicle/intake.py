@@ -123,7 +123,7 @@ class Intake:
     @property
     def due_s(self) -> float | None:
         """When `release` is to be called, by the loop's time; None if nothing is held."""
-        if self._turn_s is None or not (self._tail or self._held):
+        if not (self._tail or self._held) or self._turn_s is None:
             return None
         return self._turn_s + TURN_S
 
