@@ -120,6 +120,9 @@ def _report(segments: list[Segment]) -> Report:
         if client.startswith("companion"):
             reached = found["p99_above_noise_ms"] <= _GOAL_MS
             lines.append(f"  goal, p99 at most {_GOAL_MS} ms above: {'yes' if reached else 'no'}")
+            missed = sum(own["missed_deadlines"] for own in found.get("own_records", ()))
+            kept = not (missed or found["late"] or found["unanswered"])
+            lines.append(f"  goal, no deadline missed: {'yes' if kept else 'no'}")
     return {"clients": figures}, lines
 
 
