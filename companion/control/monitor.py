@@ -188,6 +188,8 @@ def step(
         ascents=memory.ascents,
         ascended_s=memory.ascended_s,
     )
+    if worst <= 1.0 and memory.level == 0:
+        return watched, MonitorVerdict(0, gauges, (), False)  # the usual tick
     alarm = _lasted(watched.alarm_since_s, now_s, limits.alarm_after_s)
     reasons = gauges.above(1.0) if alarm else ()
     if alarm and memory.level < lowest:

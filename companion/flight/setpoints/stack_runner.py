@@ -4,7 +4,7 @@ Pure but for its memory: every decision follows from the ticks that it is given.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from companion.config.monitor_models import L1_OFF, SwitchConfig
@@ -82,10 +82,13 @@ class _Plan:
     why: str
     same_laws: bool = False
     """The same stack with its adaptation switched on or off: its memory goes on."""
+    stack: NamedStack = field(init=False)
+    """That flies by this plan."""
 
-    @property
-    def stack(self) -> NamedStack:
-        return self.ladder[self.level] if self.held is None else self.held
+    def __post_init__(self) -> None:
+        """Look up the stack, which every tick asks for several times."""
+        stack = self.ladder[self.level] if self.held is None else self.held
+        object.__setattr__(self, "stack", stack)
 
 
 class StackRunner:
