@@ -22,6 +22,8 @@ class MemoryLog:
         self._truth: list[bytes] = []
         self.folder = Path()
         """Where a flight that changes parameters keeps what they were; a study changes none."""
+        self.trouble: str | None = None
+        """Memory has none."""
 
     def frame_in(self, time_s: float, raw: bytes) -> None:
         """Keep a received packet if it is the truth."""
@@ -36,6 +38,9 @@ class MemoryLog:
         kept = self._records.get(topic)
         if kept is not None:
             kept.append(values)
+
+    def flush_if_due(self, time_s: float) -> None:
+        """Nothing is to be written."""
 
     def data(self) -> FlightData:
         """All that was kept, as arrays."""

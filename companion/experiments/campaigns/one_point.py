@@ -102,6 +102,11 @@ class _Both:
         self._memory.record(topic, time_s, values)
         self._files.record(topic, time_s, values)
 
+    @property
+    def trouble(self) -> str | None:
+        """What of the files can't be written any more."""
+        return self._files.trouble
+
     def flush_if_due(self, time_s: float) -> None:
         """While nothing comes in."""
         self._files.flush_if_due(time_s)

@@ -10,6 +10,7 @@ from companion.experiments.flight_store import flight_path, read_flight_table
 from companion.experiments.flight_table import tilt_slew_rms_g_s
 from companion.experiments.flight_task import FlightTask, load_task
 from companion.experiments.fly_task import fly_task
+from companion.experiments.memory_log import MemoryLog
 from companion.flight.assemble import make_trajectory
 from companion.flight.observer import SilentObserver
 from companion.flight.records import CHANNELS
@@ -154,3 +155,26 @@ def test_a_whole_flight_can_be_a_task_too(task):
     whole = fly_task(replace(task, wind="calm", airborne=False))
     assert whole.outcome == "landed"
     assert whole.mean_error_m < 0.05
+
+
+class Errors(SilentObserver):
+    def __init__(self):
+        self.said = []
+
+    def message(self, severity, text):
+        self.said += [text] if severity == "error" else []
+
+
+def test_a_flight_finds_in_a_memory_log_all_that_it_asks_of_a_log(task):
+    loaded, errors = load_task(task), Errors()
+
+    fly_in_lockstep(
+        loaded.config,
+        make_trajectory(loaded.config.mission),
+        MemoryLog(),
+        errors,
+        loaded.shim,
+        airborne=True,
+    )
+
+    assert errors.said == []
