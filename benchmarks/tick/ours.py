@@ -1,4 +1,8 @@
-"""Ours: the MPC that flies.  Closed form, check, and a solver for the axes that violate."""
+"""Ours: `Mpc.plan`, as it flies.  Closed form, check, and a solver for the axes that violate.
+
+It checks the bounds on velocity and position too, which this problem has, though far away, and
+tells what it did.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,7 +31,10 @@ def make(problem: Problem, ticks: Sequence[TickInput], make_solver: QpSolverFact
 
     def step(k: int) -> Array:
         tick = ticks[k]
-        return mpc.step(known[k], tick.position_m, tick.velocity_m_s, tick.preview_m)[1]
+        plan, _ = mpc.plan(known[k], tick.position_m, tick.velocity_m_s, tick.preview_m)
+        assert plan is not None
+        first: Array = plan[0]
+        return first
 
     return Made(step)
 

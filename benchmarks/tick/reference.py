@@ -37,21 +37,26 @@ class Reference:
             inverse, rows = np.linalg.inv(axis.hessian), axis.second_difference
             self._axes.append(_Axis(axis.hessian, inverse, rows, rows @ inverse @ rows.T))
 
+    def plan(self, tick: TickInput) -> Array:
+        """The references (axes, n) about the desired position.
+
+        Raises:
+            ArithmeticError: no active set was found that fulfils the optimality conditions.
+        """
+        plan = np.empty((AXES, self._problem.horizon + 1))
+        vectors = vectors_of(self._problem, tick)
+        for i, axis in enumerate(self._axes):
+            plan[i] = _optimum(axis, *(vector[i] for vector in vectors))
+        return plan
+
     def first_input(self, tick: TickInput) -> Array:
         """References to apply (axes,), ENU m."""
-        vectors = vectors_of(self._problem, tick)
-        first = np.empty(AXES)
-        for i, axis in enumerate(self._axes):
-            first[i] = _optimum(axis, *(vector[i] for vector in vectors))[0]
-        return first + tick.preview_m[0]
+        first: Array = self.plan(tick)[:, 0] + tick.preview_m[0]
+        return first
 
 
 def _optimum(axis: _Axis, gradient: Array, lower: Array, upper: Array) -> Array:
-    """The optimum of one axis.
-
-    Raises:
-        ArithmeticError: no active set was found that fulfils the optimality conditions.
-    """
+    """The optimum of one axis."""
     free = -axis.inverse @ gradient
     side = np.zeros(len(gradient), dtype=np.int64)
     for _ in range(_TRIES):
