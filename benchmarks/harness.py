@@ -18,7 +18,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = Path(__file__).resolve().parent / "results"
-_LIBRARIES = ("numpy", "osqp", "daqp", "numba", "uvloop", "pymavlink")
+_LIBRARIES = ("numpy", "osqp", "daqp", "numba", "pymavlink")
 
 Report = tuple[dict[str, Any], list[str]]
 """Figures as JSON, and the lines for a person."""
