@@ -13,7 +13,7 @@ def campaign(
     file: Annotated[
         str,
         typer.Argument(
-            help="The campaign: a YAML file, or a shipped one by name (robustness, grid, map, brief).",
+            help="The campaign: a YAML file, or a shipped one: robustness, grid, map, brief.",
             metavar="FILE",
         ),
     ],
