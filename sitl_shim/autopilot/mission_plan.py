@@ -175,7 +175,9 @@ class MissionPlan:
 
     def take_reached(self) -> list[int]:
         """Indices of the items reached since the last call."""
-        reached, self._reached = self._reached, []
+        reached = self._reached
+        if reached:
+            self._reached = []
         return reached
 
     def _note_reached(self, index: int) -> None:

@@ -191,6 +191,7 @@ class StreamSet:
         "_grid_origin_us",
         "_intervals",
         "_queue",
+        "_seen",
         "_told",
         "_waiting",
         "next_us",
@@ -209,6 +210,7 @@ class StreamSet:
     ) -> None:
         self._about_status = about_status
         self._told: dict[int, Hashable] = {}
+        self._seen: Hashable = None
         self._builders = builders
         self._defaults = {key: round(1e6 / rate) for key, rate in rates_hz.items()}
         self._estimate_interval_us = estimate_interval_us
@@ -249,16 +251,20 @@ class StreamSet:
             now_us: boot time.
             published: differs as soon as the status was published anew.
         """
-        ready: list[tuple[int, Builder]] = []
-        if self._waiting:
-            waiting, self._waiting = self._waiting, []
-            for entry in waiting:
-                self._send_or_wait(entry, now_us, published(), ready)
         queue = self._queue
+        if self._waiting:
+            status = published()
+            if status != self._seen:
+                for entry in self._waiting:
+                    heappush(queue, entry)
+                self._waiting = []
+            elif not queue or queue[0][0] > now_us:
+                return ()
+        ready: list[tuple[int, Builder]] = []
         while queue and queue[0][0] <= now_us:
             entry = heappop(queue)
-            if entry[2] in self._about_status:
-                self._send_or_wait(entry, now_us, published(), ready)
+            if entry[2] in self._about_status and not self._is_news(entry[2], published()):
+                self._waiting.append(entry)
             else:
                 self._send(entry, now_us, ready)
         self.next_us = now_us if self._waiting else queue[0][0] if queue else _NEVER_US
@@ -266,16 +272,12 @@ class StreamSet:
             ready.sort(key=_place)
         return [builder for _, builder in ready]
 
-    def _send_or_wait(
-        self, entry: _Due, now_us: int, status: Hashable, ready: list[tuple[int, Builder]]
-    ) -> None:
-        """Send a message about the status if that is news; else let it wait for news."""
-        message_id = entry[2]
+    def _is_news(self, message_id: int, status: Hashable) -> bool:
+        self._seen = status
         if message_id in self._told and self._told[message_id] == status:
-            self._waiting.append(entry)
-        else:
-            self._told[message_id] = status
-            self._send(entry, now_us, ready)
+            return False
+        self._told[message_id] = status
+        return True
 
     def _send(self, entry: _Due, now_us: int, ready: list[tuple[int, Builder]]) -> None:
         due_us, place, message_id, interval_us = entry

@@ -5,6 +5,7 @@ those of PX4 v1.17, checked against recorded ones.  https://mavlink.io/en/servic
 """
 
 import struct
+from collections.abc import Sequence
 from enum import IntEnum
 
 from sitl_shim.autopilot.interface import Event, StatusText
@@ -123,12 +124,18 @@ class Announcer:
         """Queue an event."""
         self._events.append(event)
 
-    def take_texts(self) -> list[StatusText]:
+    def take_texts(self) -> Sequence[StatusText]:
         """Texts since the last call."""
-        texts, self._texts = self._texts, []
+        texts = self._texts
+        if not texts:
+            return ()
+        self._texts = []
         return texts
 
-    def take_events(self) -> list[Event]:
+    def take_events(self) -> Sequence[Event]:
         """Events since the last call."""
-        events, self._events = self._events, []
+        events = self._events
+        if not events:
+            return ()
+        self._events = []
         return events
