@@ -150,22 +150,21 @@ def _hurts(campaign: Campaign, found: Sensitivity) -> tuple[str, ...]:
     for group in found.groups:
         seen = [one for one in found.of(group, "error") if one.seen]
         known = found.of(group, "error")
-        head = "Over all flights" if group == ALL else f"{name_of(group)}"
         if not known:
             continue
-        if not seen:
-            said.append(f"{head}: no parameter is told from chance.")
-            continue
-        said.append(f"{head}: {_ranking(seen)}.")
-    return tuple(said) or ("Too few flights to tell which parameter hurts most.",)
+        head = "All flights" if group == ALL else name_of(group)
+        told = _ranking(seen) if seen else "no parameter is told from chance"
+        said.append(f"{head}: {told}.")
+    if not said:
+        return ("Too few flights, or too few that differ, to tell.",)
+    return (*said, "Figures are shares of the variance of the error's rank, with 95 % intervals.")
 
 
 def _ranking(seen: list[Influence]) -> str:
     first, *rest = seen
     text = (
-        f"{first.parameter} hurts most, {index_text(first)} of the variance of the error's rank; "
-        f"median error {mm(first.best_value)} at {first.best}, {mm(first.worst_value)} at "
-        f"{first.worst}"
+        f"{first.parameter} hurts most, {index_text(first)}: median error {mm(first.best_value)} "
+        f"at {first.best}, {mm(first.worst_value)} at {first.worst}"
     )
     if rest:
         text += "; then " + ", ".join(f"{one.parameter} {index_text(one)}" for one in rest[:3])

@@ -20,7 +20,8 @@ _MOST_CASES = 3
 def tell(console: Console, report: Report, page: Path) -> None:
     """Show what a person reads first; commands and paths are not wrapped, to be copied."""
     console.print(_answers(report))
-    for line in (*_again("Worst that tracked", report.worst), *_again("Lost", report.lost)):
+    worst = sorted(report.worst, key=lambda case: -case.mean_error_m)
+    for line in (*_again("Worst that tracked", worst), *_again("Lost", report.lost)):
         console.print(line, soft_wrap=True)
     console.print(Text(f"\n{page}"), soft_wrap=True)
 
