@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from companion.cli.campaign import campaign
 from companion.cli.certify import certify
 from companion.cli.check import check
 from companion.cli.compare import compare
@@ -15,6 +16,7 @@ from companion.cli.identify import identify
 from companion.cli.logs import recover, replay
 from companion.cli.mocap import mocap
 from companion.cli.paper import paper
+from companion.cli.report import report
 from companion.cli.running import abort, land, resume
 from companion.cli.tune import tune
 
@@ -56,6 +58,8 @@ for command in (
     certify,
     paper,
     compare,
+    campaign,
+    report,
     faults,
     replay,
     recover,
