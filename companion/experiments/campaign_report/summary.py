@@ -79,10 +79,10 @@ def _tracked_sentence(campaign: Campaign, group: Group) -> str:
     error = group.mean_error
     if not kept.count:
         return text + "."
-    return (
-        f"{text}; mean error {mm(error.median)} in the median flight, {mm(error.worst_tracked)} in "
-        "the worst that tracked."
-    )
+    median = "the median flight was lost, the worst that tracked has a mean error of "
+    if math.isfinite(error.median):
+        median = f"mean error {mm(error.median)} in the median flight, in the worst that tracked "
+    return f"{text}; {median}{mm(error.worst_tracked)}."
 
 
 def _controller(campaign: Campaign) -> str:

@@ -22,8 +22,10 @@ def _alone(count):
 
 @pytest.mark.parametrize(("column", "share"), [(0, 0.8), (1, 0.2), (2, 0.0)])
 def test_an_additive_model_gives_the_shares_of_its_terms(column, share):
-    """y = 2 a + b of independent even a, b, c; 95 % of the intervals should hold the share; 92 % to 94 % of
-    400 data sets did."""
+    """y = 2 a + b of independent even a, b, c; intervals should hold the share.
+
+    Of 400 data sets 92 to 94 % of the intervals do.
+    """
     found = []
     for k in range(80):
         x = np.random.default_rng(k).random((300, 3))
