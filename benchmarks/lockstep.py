@@ -242,8 +242,8 @@ def _plant_stepper(vehicle: VehicleModel, kind: str) -> Callable[[], float]:
 
 def _rotorpy_steppers(vehicle: VehicleModel, trajectory: int) -> dict[str, Callable[[], float]]:
     """Rotorpy's quadrotor with this vehicle's numbers, on a trajectory."""
-    from rotorpy.controllers.quadrotor_control import SE3Control
-    from rotorpy.vehicles.multirotor import Multirotor
+    from rotorpy.controllers.quadrotor_control import SE3Control  # type: ignore[import-untyped]
+    from rotorpy.vehicles.multirotor import Multirotor  # type: ignore[import-untyped]
 
     parameters = rotorpy_parameters(vehicle)
     hover_rad_s = np.sqrt(vehicle.mass_kg * 9.81 / 4.0 / parameters["k_eta"])
@@ -326,7 +326,7 @@ def rotorpy_parameters(vehicle: VehicleModel) -> dict[str, Any]:
 
 def _flat_outputs(trajectory: int) -> list[dict[str, Any]]:
     """Points of a trajectory, a step apart, as rotorpy's controller takes them."""
-    times_s = np.arange(STEPS) * STEP_S
+    times_s = np.arange(STEPS, dtype=np.float64) * STEP_S
     motion = TEST_TRAJECTORIES[trajectory].motion(times_s)
     nothing = np.zeros(3)
     return [

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from sitl_shim.frames import Quaternion, Vector3
 
 
-@dataclass(frozen=True, slots=True)
+# Not frozen, as everything else is: one is made per tick, and freezing costs as much as the plant.
+@dataclass(slots=True)
 class PlantState:
-    """True state of the vehicle.  World ENU, body FLU."""
+    """True state of the vehicle; nobody changes one.  World ENU, body FLU."""
 
     time_s: float
     """Simulated time since the plant was made."""

@@ -22,9 +22,10 @@ _DRAWS = 24
 _Row = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+# Not frozen, as everything else is: one is made per tick, and freezing costs as much as the errors.
+@dataclass(slots=True)
 class Estimate:
-    """What the autopilot believes.  World ENU, body FLU."""
+    """What the autopilot believes; nobody changes one.  World ENU, body FLU."""
 
     time_s: float
     """Of the estimate (not of its oldest ingredient)."""
