@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from companion import cli_options as options
+from companion.cli import options
 from companion.cli.common import ExitStatus, bad_input
 
 
