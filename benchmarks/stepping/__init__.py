@@ -1,0 +1,1 @@
+"""Steps of simulations alone, for `benchmarks/lockstep.py`."""
