@@ -31,6 +31,13 @@ from benchmarks.tick.verdicts import verdicts  # noqa: E402
 
 HORIZON = 30
 QUICK_HORIZONS = (10, 30, 80)
+OTHER_PROBLEMS = {
+    "TinyMPC": (
+        "it can't state this problem: its cost at the horizon's end is that of an infinite one, so "
+        "that it has another optimum (and it comes without a wheel for Linux: 0.0.8)"
+    )
+}
+"""Solvers that were looked at and can't be compared at equal accuracy."""
 
 
 def run(asked: argparse.Namespace) -> Report:
@@ -39,7 +46,7 @@ def run(asked: argparse.Namespace) -> Report:
     everyone = contenders()
     noise = work_noise()
     sets: dict[str, Any] = {}
-    left_out: dict[str, str] = {}
+    left_out = dict(OTHER_PROBLEMS)
     repeats = 2 if asked.quick else asked.repeats
     for name in SETS:
         recorded = f"{name}-{HORIZON}" if asked.quick else name

@@ -36,7 +36,7 @@ def section(result: Result) -> list[str]:
         *_horizons(found["horizons"]),
         "![Time of a tick over the horizon](images/performance-horizons.svg)",
         "",
-        *(f"Left out: {name}, {why}." for name, why in found["left_out"].items()),
+        *(f"Left out: {name}: {why}." for name, why in found["left_out"].items()),
         *([""] if found["left_out"] else []),
     ]
 
