@@ -8,7 +8,14 @@ import pytest
 from tools.performance_page.figures import digest_line, drawn_from, write_figures
 from tools.performance_page.markdown import figure, table
 from tools.performance_page.page import SECTIONS, page
-from tools.performance_page.results import IMAGES, PAGE, RESULTS, ROOT, read_results
+from tools.performance_page.results import (
+    IMAGES,
+    PAGE,
+    RESULTS,
+    ROOT,
+    Result,
+    read_results,
+)
 
 
 def test_the_page_in_the_repository_is_what_the_results_make():
@@ -52,6 +59,34 @@ def test_pictures_are_the_same_each_time(tmp_path):
     results = {"tick": read_results(RESULTS)["tick"]}
     first = [file.read_bytes() for file in write_figures(results, tmp_path)]
     assert first == [file.read_bytes() for file in write_figures(results, tmp_path)]
+
+
+def test_the_latency_of_each_client_stands_beside_the_timers(tmp_path):
+    spread = {"p50": 0.2, "p99": 0.9, "max": 4.0}
+    client = {
+        "setpoints": 6000,
+        "latency_ms": spread,
+        "timer_noise_ms": {"p50": 0.1, "p99": 0.4, "max": 3.0},
+        "p99_above_noise_ms": 0.5,
+        "by_segment_ms": [spread, spread],
+        "late": 0,
+        "unanswered": 1,
+        "processor_share": 0.1,
+        "memory_mib": [{"settled": 118.0, "end": 119.0, "peak": 160.0}],
+        "own_records": [{"missed_deadlines": 2}],
+    }
+    machine = read_results(RESULTS)["tick"].machine
+    figures = {"clients": {"companion": client}, "left_out": ["mavsdk"]}
+    result = Result("latency", "2026-01-01", "abc", "python it", machine, figures)
+    text = page({"latency": result})
+    row = (
+        "| companion | 6000 | 0.200 | 0.900 | 4.00 | 0.400 | 0.500 | 0 | 1 | 2 | 10 % | 118, 119 |"
+    )
+    assert row in text
+    assert "was woken late, at the 99th percentile, by 0.400 ms (companion)" in text
+    assert [file.name for file in write_figures({"latency": result}, tmp_path)] == [
+        "performance-latency.svg"
+    ]
 
 
 def test_a_file_that_is_no_result_is_refused(tmp_path):

@@ -35,3 +35,9 @@ def section(result: Result) -> list[str]:
             ],
         ),
     ]
+
+
+def noise(result: Result) -> str:
+    """How far apart the rounds of the same were."""
+    rounds = result.figures["of_plain_by_round"]
+    return f"the same share came out between {min(rounds):.2f} and {max(rounds):.2f} in its rounds"
