@@ -21,7 +21,8 @@ def section(result: Result) -> list[str]:
     return [
         (
             f"`companion fly --traj {found['trajectory']} --lockstep`, whole but for its imports, "
-            f"rounds of each, in turns: {found['rounds']}; {figure(found['times_as_fast'])} times as fast."
+            f"rounds of each, in turns: {found['rounds']}; "
+            f"{figure(found['times_as_fast'])} times as fast."
         ),
         "",
         *table(["whose code, libraries counted for who calls them", *heads], rows),
