@@ -15,7 +15,7 @@ that stand there too. A commit with a + had changes that were not committed. The
 the machine itself adds; no figure can be trusted below it. Take your own:
 
 ```
-pip install 'companion[bench]'
+pip install -e '.[bench]'
 python benchmarks/tick.py --keep     # and latency, lockstep, profiles, campaign, startup, batched
 python -m tools.performance_page
 ```
