@@ -3,12 +3,16 @@
 
 def int16(value: float) -> int:
     """A finite number as a signed integer of 16 bits."""
-    return max(-32768, min(32767, round(value)))
+    whole = round(value)
+    return whole if -32768 <= whole <= 32767 else max(-32768, min(32767, whole))
 
 
 def int32(value: float) -> int:
     """A finite number as a signed integer of 32 bits."""
-    return max(-2147483648, min(2147483647, round(value)))
+    whole = round(value)
+    if -2147483648 <= whole <= 2147483647:
+        return whole
+    return max(-2147483648, min(2147483647, whole))
 
 
 def uint16(value: float) -> int:

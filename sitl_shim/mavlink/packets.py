@@ -14,10 +14,10 @@ from fastcrc.crc16 import mcrf4xx
 
 Untyped = Any
 """What pymavlink hands out."""
-_MAGIC: Final = 0xFD
+_MAGIC: Final = b"\xfd"
 _SIGNED: Final = 0x01
-_HEADER: Final = Struct("<BBBBBBBHB")
-_CHECKSUM: Final = Struct("<H")
+_HEADER: Final = Struct("<BBBBBB3s")
+"""What follows the magic byte, and is summed up with the payload."""
 _STAMP: Final = Struct("<BQ")
 _STAMP_BYTES: Final = 7
 _SIGNATURE_BYTES: Final = 6
@@ -35,7 +35,7 @@ class Layout:
         ValueError: ``grouped`` does not have the message's length.
     """
 
-    __slots__ = ("message_id", "name", "pack", "seed")
+    __slots__ = ("message_id", "name", "pack", "seed", "wire_id")
 
     def __init__(self, message: Untyped, grouped: str | None = None) -> None:
         own: Struct = message.unpacker
@@ -43,6 +43,7 @@ class Layout:
         if content.size != own.size:
             raise ValueError(f"{message.msgname} has {own.size} bytes, not {content.size}")
         self.message_id: int = message.id
+        self.wire_id = self.message_id.to_bytes(3, "little")
         self.name: str = message.msgname
         self.seed = bytes([message.crc_extra])
         """Stands at the end of what is summed up, and not on the wire."""
@@ -80,20 +81,10 @@ def frame_of(
     layout = packet.layout
     # Zeros at the end are left out, but for the first byte.
     payload = packet.payload.rstrip(b"\0") or b"\0"
-    message_id = layout.message_id
-    header = _HEADER.pack(
-        _MAGIC,
-        len(payload),
-        flags,
-        0,
-        sequence,
-        system_id,
-        component_id,
-        message_id & 0xFFFF,
-        message_id >> 16,
-    )
+    header = _HEADER.pack(len(payload), flags, 0, sequence, system_id, component_id, layout.wire_id)
     body = header + payload
-    return body + _CHECKSUM.pack(mcrf4xx(body[1:] + layout.seed))
+    checksum: int = mcrf4xx(body + layout.seed)
+    return _MAGIC + body + checksum.to_bytes(2, "little")
 
 
 def signed_frame_of(

@@ -7,7 +7,8 @@ PX4 v1.17.
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from enum import Enum
-from heapq import heapify, heappop, heappush
+from heapq import heapify, heappop, heappush, heapreplace
+from operator import itemgetter
 
 from sitl_shim.mavlink import messages_motion as motion
 from sitl_shim.mavlink import messages_status as status
@@ -161,12 +162,11 @@ ABOUT_STATUS = frozenset({dialect.MAVLINK_MSG_ID_CURRENT_MODE})
 
 _NEVER_US = 2**62
 
-_Due = tuple[int, int, int, int]
-"""When a message is due (µs), its place among those that leave together, its id, its interval."""
+_Due = tuple[int, int, int, int, Builder]
+"""When a message is due (µs), its place among those that leave together, its id, its interval, and
+who makes it.  No two have the same place."""
 
-
-def _place(entry: tuple[int, Builder]) -> int:
-    return entry[0]
+_place = itemgetter(0)
 
 
 class StreamSet:
@@ -261,12 +261,17 @@ class StreamSet:
             elif not queue or queue[0][0] > now_us:
                 return ()
         ready: list[tuple[int, Builder]] = []
+        about_status = self._about_status
         while queue and queue[0][0] <= now_us:
-            entry = heappop(queue)
-            if entry[2] in self._about_status and not self._is_news(entry[2], published()):
-                self._waiting.append(entry)
-            else:
-                self._send(entry, now_us, ready)
+            due_us, place, message_id, interval_us, builder = queue[0]
+            if message_id in about_status and not self._is_news(message_id, published()):
+                self._waiting.append(heappop(queue))
+                continue
+            ready.append((place, builder))
+            due_us += interval_us
+            if due_us <= now_us:  # ticks were skipped: do not send in bursts
+                due_us = self._next_on_grid(now_us, interval_us)
+            heapreplace(queue, (due_us, place, message_id, interval_us, builder))
         self.next_us = now_us if self._waiting else queue[0][0] if queue else _NEVER_US
         if len(ready) > 1:
             ready.sort(key=_place)
@@ -279,23 +284,15 @@ class StreamSet:
         self._told[message_id] = status
         return True
 
-    def _send(self, entry: _Due, now_us: int, ready: list[tuple[int, Builder]]) -> None:
-        due_us, place, message_id, interval_us = entry
-        ready.append((place, self._builders[message_id]))
-        due_us += interval_us
-        if due_us <= now_us:  # ticks were skipped: do not send in bursts
-            due_us = self._next_on_grid(now_us, interval_us)
-        heappush(self._queue, (due_us, place, message_id, interval_us))
-
     def _schedule(self, now_us: int) -> None:
         self._queue, self._waiting = [], []
-        for place, message_id in enumerate(self._builders):
+        for place, (message_id, builder) in enumerate(self._builders.items()):
             asked = self._intervals.get(message_id)
             if asked is not None:
                 slow = message_id in _SLOW_IDS
                 interval = max(asked, self._estimate_interval_us if slow else _EVERY_TICK_US)
                 due_us = self._next_on_grid(now_us, interval)
-                self._queue.append((due_us, place, message_id, interval))
+                self._queue.append((due_us, place, message_id, interval, builder))
         heapify(self._queue)
         self.next_us = self._queue[0][0] if self._queue else _NEVER_US
 

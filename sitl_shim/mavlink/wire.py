@@ -57,12 +57,13 @@ class Packer:
         sequence: int = mavlink.seq
         take_stamp = self._take_stamp
         frame: bytes
-        if type(message) is not Packet:
-            if take_stamp is not None:
-                mavlink.signing.timestamp = take_stamp()
-            frame = message.pack(mavlink)
-        elif take_stamp is None:
+        if type(message) is Packet and take_stamp is None:
             frame = frame_of(message, sequence, self._system_id, self._component_id)
+        elif take_stamp is None:
+            frame = message.pack(mavlink)
+        elif type(message) is not Packet:
+            mavlink.signing.timestamp = take_stamp()
+            frame = message.pack(mavlink)
         else:
             signing = mavlink.signing
             signature = (signing.secret_key, signing.link_id, take_stamp())

@@ -11,6 +11,9 @@ from sitl_shim.mavlink.statustext import status_messages
 from sitl_shim.mavlink.wire import Message
 from sitl_shim.simulation import Simulation
 
+NEVER_US = 2**62
+"""What a microservice says that has nothing to do until a message comes."""
+
 
 @dataclass(frozen=True, slots=True)
 class Context:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Protocol, runtime_checkable
 
 from sitl_shim.mavlink.services.clock import Clock
-from sitl_shim.mavlink.services.context import Context
+from sitl_shim.mavlink.services.context import NEVER_US, Context
 from sitl_shim.mavlink.services.events import Events
 from sitl_shim.mavlink.services.external_pose import ExternalPoses
 from sitl_shim.mavlink.services.file_tree import FileTree
@@ -35,8 +35,15 @@ class Service(Protocol):
 class Sender(Protocol):
     """A microservice that sends of its own accord."""
 
-    def step(self, now_us: int) -> None:
-        """Send what is due at this tick; called every 4 ms once the links are up."""
+    def step(self, now_us: int) -> int:
+        """Send what is due at this tick.
+
+        Called first when the links are up, and after each message that came in.
+
+        Returns:
+            The boot time (µs) at which it wants to be called again, if no message comes before:
+            a past one (0) for the next tick.
+        """
 
 
 class Services:
@@ -64,6 +71,10 @@ class Services:
         for service in services:
             self._handlers.update(service.handlers)
         self._senders = tuple(service for service in services if isinstance(service, Sender))
+        self._awake = self._senders
+        """Those that want to be called at the next tick; order counts, as they send in it."""
+        self._wake_us = 0
+        """When all are called."""
 
     def handle(self, link: int, message: Message) -> bool:
         """Lead a message to its service; False if there is none for it."""
@@ -71,12 +82,20 @@ class Services:
         if handler is None:
             return False
         handler(link, message)
+        self._wake_us = 0
         return True
 
     def step(self, now_us: int) -> None:
         """Let every service send what is due at this tick."""
-        for sender in self._senders:
-            sender.step(now_us)
+        if now_us < self._wake_us:
+            for sender in self._awake:
+                sender.step(now_us)
+            return
+        wanted = [(sender.step(now_us), sender) for sender in self._senders]
+        self._awake = tuple(sender for time_us, sender in wanted if time_us <= now_us)
+        self._wake_us = min(
+            (time_us for time_us, _ in wanted if time_us > now_us), default=NEVER_US
+        )
 
 
 def _tree(context: Context, logs: FlightLogs) -> FileTree:

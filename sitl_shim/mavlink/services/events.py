@@ -41,12 +41,16 @@ class Events:
         """What it reads."""
         return {"REQUEST_EVENT": self._request} if self._context.personality.events else {}
 
-    def step(self, now_us: int) -> None:
-        """Send what happened, and now and then the newest sequence number."""
+    def step(self, now_us: int) -> int:
+        """Send what happened, and now and then the newest sequence number.
+
+        Returns:
+            0: it looks at every tick whether something happened.
+        """
         context = self._context
         events = context.sim.autopilot.take_events()
         if not context.personality.events:
-            return
+            return 0
         for event in events:
             self._sequence = (self._sequence + 1) % _MODULO
             message = event_message(
@@ -58,6 +62,7 @@ class Events:
         if now_us % _SEQUENCE_PERIOD_US == 0 and self._kept:
             for link in context.links:
                 link.send(current_sequence_message(self._sequence))
+        return 0
 
     def _request(self, link: int, message: Message) -> None:
         if not self._context.concerns(message):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from sitl_shim.mavlink.services.context import Context
+from sitl_shim.mavlink.services.context import NEVER_US, Context
 from sitl_shim.mavlink.services.file_tree import FileTree
 from sitl_shim.mavlink.wire import Message, dialect
 
@@ -98,11 +98,17 @@ class Files:
         """What it reads."""
         return {"FILE_TRANSFER_PROTOCOL": self._receive}
 
-    def step(self, now_us: int) -> None:
-        """Send the next part of the bursts, and close what is no longer read."""
+    def step(self, now_us: int) -> int:
+        """Send the next part of the bursts, and close what is no longer read.
+
+        Returns:
+            When there is more to do: at the next tick while a file is open.
+        """
+        wake_us = NEVER_US
         for link, desk in enumerate(self._desks):
             if desk.burst is None and not desk.sessions:
                 continue
+            wake_us = 0
             if desk.burst is not None:
                 self._note_use(desk, desk.burst.request)
             if desk.sessions:
@@ -112,6 +118,7 @@ class Files:
             for _ in range(_BURST_PER_TICK):
                 if desk.burst is not None:
                     self._send_burst(link, desk, desk.burst)
+        return wake_us
 
     def _receive(self, link: int, message: Message) -> None:
         if not self._context.concerns(message):

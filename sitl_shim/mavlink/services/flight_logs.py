@@ -73,14 +73,15 @@ class FlightLogs:
         self.format = _FORMATS[flavour]
         self.logs: list[FlightLog] = []
         """The oldest first; the last one is still being written."""
-        self._next_us = self.format.starts_us
+        self.next_us = self.format.starts_us
+        """When the next row is due."""
         self._written = 0
 
     def step(self, now_us: int) -> str | None:
         """Write what is due; returns what is to be said when a log begins."""
-        if now_us < self._next_us:
+        if now_us < self.next_us:
             return None
-        self._next_us = now_us + _PERIOD_US
+        self.next_us = now_us + _PERIOD_US
         text = None
         if not self.logs:
             text = self._begin(now_us)

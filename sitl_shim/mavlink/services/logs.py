@@ -49,14 +49,12 @@ class Logs:
             "LOG_ERASE": self._erase,
         }
 
-    def step(self, now_us: int) -> None:
-        """Write, and send the next parts."""
+    def step(self, now_us: int) -> int:
+        """Write, and send the next parts; returns when there is more to do."""
         text = self._logs.step(now_us)
         if text is not None:
             for link in range(len(self._context.links)):
                 self._context.say(link, _INFO, text)
-        if not self._lists and not self._downloads:
-            return
         for link, entries in list(self._lists.items()):
             batch = list(islice(entries, _PER_TICK))
             self._send(link, batch)
@@ -64,6 +62,7 @@ class Logs:
                 del self._lists[link]
         for link, download in list(self._downloads.items()):
             self._send_pieces(link, download)
+        return 0 if self._lists or self._downloads else self._logs.next_us
 
     def _list(self, link: int, message: Message) -> None:
         if not self._context.concerns(message):

@@ -57,12 +57,17 @@ class Missions:
         }
         return {name: self._addressed(reader) for name, reader in readers.items()}
 
-    def step(self, now_us: int) -> None:
-        """Ask again for what does not come, give up, tell how the mission gets on."""
+    def step(self, now_us: int) -> int:
+        """Ask again for what does not come, give up, tell how the mission gets on.
+
+        Returns:
+            0: it looks at every tick how the autopilot gets on.
+        """
         for link, transfer in enumerate(self._transfers):
             if transfer.state is not State.IDLE:
                 self._watch(link, transfer, now_us)
         self._progress.step(now_us)
+        return 0
 
     def _watch(self, link: int, transfer: Transfer, now_us: int) -> None:
         manners, receiving = self._manners, transfer.state is State.RECEIVING

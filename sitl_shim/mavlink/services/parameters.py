@@ -12,7 +12,7 @@ from sitl_shim.autopilot.parameters import (
     ParameterStore,
     UnknownParameterError,
 )
-from sitl_shim.mavlink.services.context import Context
+from sitl_shim.mavlink.services.context import NEVER_US, Context
 from sitl_shim.mavlink.services.parameter_messages import (
     HASH_NAME,
     decode_value,
@@ -55,8 +55,8 @@ class Parameters:
             "PARAM_SET": self._set,
         }
 
-    def step(self, now_us: int) -> None:
-        """Send the next part of the lists, and what changed."""
+    def step(self, now_us: int) -> int:
+        """Send the next part of the lists, and what changed; returns when there is more to do."""
         if now_us == self._manners.tells_parameters_us:
             for link in range(len(self._context.links)):
                 self._lists[link] = self._overridden()
@@ -64,14 +64,19 @@ class Parameters:
             _, name = self._changed.popleft()
             for each in self._context.links:
                 each.send(self._value(name))
-        if not self._lists:
-            return
         for link, rest in list(self._lists.items()):
             batch = list(islice(rest, _PER_TICK))
             for message in batch:
                 self._context.links[link].send(message)
             if len(batch) < _PER_TICK:
                 del self._lists[link]
+        if self._lists:
+            return 0
+        tells_us = self._manners.tells_parameters_us
+        return min(
+            self._changed[0][0] if self._changed else NEVER_US,
+            tells_us if tells_us is not None and now_us < tells_us else NEVER_US,
+        )
 
     @property
     def _store(self) -> ParameterStore:
