@@ -66,7 +66,8 @@ class MpcSettings:
     """After this many failed solves in a row the shifted plan gives way to the closed form."""
 
 
-@dataclass(frozen=True, slots=True)
+# Two are made per tick, and frozen ones take four times as long: change none.
+@dataclass(slots=True)
 class MpcMemory:
     """What the controller carries from tick to tick."""
 
@@ -80,7 +81,7 @@ class MpcMemory:
     """Solves that failed in a row."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class MpcRecord:
     """Why the plan is what it is."""
 
@@ -96,7 +97,11 @@ class MpcRecord:
 
 
 class Mpc:
-    """The controller with its constant matrices.  Its only side effect is a solver's warm start."""
+    """The controller with its constant matrices.
+
+    Its only side effect is a solver's warm start: what it keeps in place of new arrays is
+    overwritten at each plan, and nothing that it returns shares it.
+    """
 
     def __init__(self, settings: MpcSettings, make_solver: QpSolverFactory) -> None:
         """Condense the problem of each axis.
@@ -120,8 +125,13 @@ class Mpc:
         maps = [plan_map(p, penalise_absolute_r=settings.penalise_absolute_r) for p in problems]
         self._second_limit = settings.r_max_m_s2 * settings.period_s**2
         self._axes = [ConstrainedAxis(p, self._second_limit, make_solver) for p in problems]
-        self._rows = np.stack([m.rows for m in maps])
         self._relative = maps[0].relative
+        self._rows = np.stack([m.rows for m in maps])
+        self._n = settings.horizon + 1
+        self._unbound = (False,) * axes
+        self._data = _Data(axes, settings.horizon + 2)
+        self._above, self._below = np.empty((2, axes, 4 * (settings.horizon + 1), 1), dtype=bool)
+        self._all_kept = np.ones_like(self._above).tobytes()
         self._times_s: Array = settings.period_s * np.arange(settings.horizon + 2, dtype=np.float64)
         self._times_s.setflags(write=False)
         self._bind(settings)
@@ -133,9 +143,12 @@ class Mpc:
         speed = np.array(settings.velocity_limit_m_s)[:, None]
         second = np.full_like(speed, self._second_limit)
         low, high = np.array(settings.box_low_m)[:, None], np.array(settings.box_high_m)[:, None]
-        # Of positions, velocities and second differences, as they follow in `PlanMap.rows`.
-        self._low = np.repeat(np.hstack([low, -speed, -second]), n, axis=1) - _TOLERANCE
-        self._high = np.repeat(np.hstack([high, speed, second]), n, axis=1) + _TOLERANCE
+        none = np.full_like(speed, np.inf)
+        # Of plan, positions, velocities and second differences, as they follow in `PlanMap.rows`.
+        lows = np.hstack([-none, low, -speed, -second])
+        highs = np.hstack([none, high, speed, second])
+        self._low = np.repeat(lows, n, axis=1)[:, :, None] - _TOLERANCE
+        self._high = np.repeat(highs, n, axis=1)[:, :, None] + _TOLERANCE
 
     @property
     def period_s(self) -> float:
@@ -202,8 +215,7 @@ class Mpc:
         if failures <= self.settings.shifted_plans_at_most:
             advanced = MpcMemory(shifted[0], memory.applied_r_m, shifted, failures)
             return advanced, shifted[0], record
-        data = _data(memory, position_m, velocity_m_s, preview_m)
-        free = (self._rows[:, 0, :] * data.T).sum(axis=1)
+        free = (self._rows[:, 0, :] * self._data.all).sum(axis=1)  # of the plan that failed
         straight = 2.0 * memory.applied_r_m - memory.applied_r_before_m
         clipped = np.clip(free, straight - self._second_limit, straight + self._second_limit)
         advanced = MpcMemory(clipped, memory.applied_r_m, shifted, failures)
@@ -218,63 +230,81 @@ class Mpc:
             The plan (N_h + 1, axes), or None if a constrained axis could not be solved, and the
             record.
         """
-        n = self.settings.horizon + 1
-        data = _data(memory, position_m, velocity_m_s, preview_m)
-        rows = (self._rows @ data.T[:, :, None])[:, :, 0]
-        led = rows[:, n:]
-        within = (led >= self._low) & (led <= self._high)  # which nothing is that is not finite
-        if within.all():
-            free = (False,) * len(rows)
-            predicted = rows[:, n : 2 * n].T
-            return rows[:, :n].T, MpcRecord("closed_form", free, False, "", 0, predicted)
-        if not np.isfinite(data).all():
-            return None, _unsolved((False,) * len(rows), False, "input not finite", 0)
-        return self._constrained(data, rows, within)
+        data = self._data
+        data.position[...] = position_m
+        data.velocity[...] = velocity_m_s
+        data.applied[...] = memory.applied_r_m
+        data.before[...] = memory.applied_r_before_m
+        data.preview[...] = preview_m
+        rows = np.matmul(self._rows, data.columns)
+        # Nothing that is not finite is within bounds.
+        np.less_equal(self._low, rows, self._above)
+        np.less_equal(rows, self._high, self._below)
+        if self._above.tobytes() == self._all_kept == self._below.tobytes():
+            led = rows.T[0]
+            n = self._n
+            return led[:n], MpcRecord("closed_form", self._unbound, False, "", 0, led[n : 2 * n])
+        if not np.isfinite(data.all).all():
+            return None, _unsolved(self._unbound, False, "input not finite", 0)
+        return self._constrained(rows[:, :, 0], (self._above & self._below)[:, :, 0])
 
     def _constrained(
-        self, data: Array, rows: Array, within: NDArray[np.bool_]
+        self, rows: Array, within: NDArray[np.bool_]
     ) -> tuple[Array | None, MpcRecord]:
         """Solve the axes on which the closed form violates something, in the place of its rows."""
-        n = self.settings.horizon + 1
-        r_max_active = not bool(within[:, 2 * n :].all())
-        constrained = tuple([not kept.all() for kept in within])
+        n = self._n
+        kept = within.tobytes()
+        length = 4 * n
+        r_max_active = False
+        flags = []
+        for at in range(0, len(kept), length):
+            flags.append(0 in kept[at : at + length])
+            r_max_active = r_max_active or 0 in kept[at + 3 * n : at + length]
+        constrained = tuple(flags)
+        settings = self.settings
         said: list[str] = []
         iterations = 0
-        for i, violated in enumerate(constrained):
+        for i, violated in enumerate(flags):
             if not violated:
                 continue
-            centre, applied, before = (float(data[k, i]) for k in (PREVIEW, APPLIED, BEFORE))
+            data = self._data.all[i]
+            row = rows[i]
+            _, _, applied, before, centre = data[: PREVIEW + 1].tolist()
             bounds = SoftBounds(
-                self.settings.velocity_limit_m_s[i],
-                self.settings.box_low_m[i] - centre,
-                self.settings.box_high_m[i] - centre,
+                settings.velocity_limit_m_s[i],
+                settings.box_low_m[i] - centre,
+                settings.box_high_m[i] - centre,
             )
             solution = self._axes[i].solve(
-                self._relative.dot(data[:, i]), applied - centre, before - centre, bounds
+                self._relative.dot(data), applied - centre, before - centre, bounds
             )
             iterations += solution.iterations
             said.append(f"{_AXES[i]}: {solution.status}" if len(rows) == 3 else solution.status)
-            if solution.plan is None:
+            if solution.plan is None or solution.position is None:
                 return None, _unsolved(constrained, r_max_active, ", ".join(said), iterations)
-            rows[i, :n] = solution.plan
-            rows[i, n : 2 * n] = solution.position
-            rows[i, : 2 * n] += centre
-        predicted = rows[:, n : 2 * n].T
-        solver_status = ", ".join(said)
-        return rows[:, :n].T, MpcRecord(
-            "solved", constrained, r_max_active, solver_status, iterations, predicted
+            np.add(solution.plan, centre, row[:n])
+            np.add(solution.position, centre, row[n : 2 * n])
+        led = rows.T
+        record = MpcRecord(
+            "solved", constrained, r_max_active, ", ".join(said), iterations, led[n : 2 * n]
         )
+        return led[:n], record
 
 
-def _data(memory: MpcMemory, position_m: Array, velocity_m_s: Array, preview_m: Array) -> Array:
-    """What `PlanMap` is a function of, (N_h + 6, axes)."""
-    data = np.empty((PREVIEW + len(preview_m), len(position_m)))
-    data[POSITION] = position_m
-    data[VELOCITY] = velocity_m_s
-    data[APPLIED] = memory.applied_r_m
-    data[BEFORE] = memory.applied_r_before_m
-    data[PREVIEW:] = preview_m
-    return data
+class _Data:
+    """What `PlanMap` is a function of, in one array, and views of it to write to."""
+
+    __slots__ = ("all", "applied", "before", "columns", "position", "preview", "velocity")
+
+    def __init__(self, axes: int, times: int) -> None:
+        self.all: Array = np.zeros((axes, PREVIEW + times))
+        self.columns: Array = self.all[:, :, None]
+        by_row = self.all.T
+        self.position: Array = by_row[POSITION]
+        self.velocity: Array = by_row[VELOCITY]
+        self.applied: Array = by_row[APPLIED]
+        self.before: Array = by_row[BEFORE]
+        self.preview: Array = by_row[PREVIEW:]
 
 
 def _unsolved(

@@ -20,7 +20,8 @@ _SLACK_WEIGHT = 30.0
 _TOLERANCE = 1e-6
 
 
-@dataclass(frozen=True, slots=True)
+# Not frozen, as that would make them four times as slow to make: change none.
+@dataclass(slots=True)
 class SoftBounds:
     """Of the predicted outputs, in the same coordinates as the problem's data."""
 
@@ -29,7 +30,7 @@ class SoftBounds:
     high_m: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class AxisSolution:
     """A plan (n,), or None when the hard problem could not be solved."""
 
@@ -55,7 +56,9 @@ class ConstrainedAxis:
         """
         n = problem.hessian.shape[0]
         self._n = n
-        self._limits = np.full(n, second_limit)
+        self._limit = second_limit
+        # Overwritten at each solve; the past is in the first two of each.
+        self._lower, self._upper = np.full(n, -second_limit), np.full(n, second_limit)
         # Gradient, then velocities and positions of r = 0: all that the data say.
         free = np.zeros((2 * n, problem.gradient.shape[1]))
         free[:n, :2], free[n:, :2] = problem.velocity_from_state, problem.position_from_state
@@ -76,21 +79,21 @@ class ConstrainedAxis:
             bounds: soft bounds.
         """
         n = self._n
-        upper, lower = self._limits.copy(), -self._limits
+        upper, lower, limit = self._upper, self._lower, self._limit
         past = before_m - 2.0 * previous_m
-        upper[0] -= past
-        lower[0] -= past
-        upper[1] -= previous_m
-        lower[1] -= previous_m
+        upper[0], upper[1] = limit - past, limit - previous_m
+        lower[0], lower[1] = -limit - past, -limit - previous_m
         known = self._from_data.dot(data)
         gradient, free = known[:n], known[n:]
         hard = self._hard.solve(gradient, lower, upper)
         if hard.x is None:
             return AxisSolution(None, hard.status, hard.iterations)
 
-        outputs = self._outputs_from_r.dot(hard.x) + free
-        if _excess(outputs[:n], outputs[n:], bounds) <= _TOLERANCE:
-            return AxisSolution(hard.x, hard.status, hard.iterations, outputs[n:])
+        outputs = self._outputs_from_r.dot(hard.x)
+        outputs += free
+        position = outputs[n:]
+        if _excess(outputs[:n], position, bounds) <= _TOLERANCE:
+            return AxisSolution(hard.x, hard.status, hard.iterations, position)
 
         low = np.repeat([-bounds.speed_m_s, bounds.low_m], n) - free
         high = np.repeat([bounds.speed_m_s, bounds.high_m], n) - free
@@ -102,7 +105,7 @@ class ConstrainedAxis:
         iterations = hard.iterations + soft.iterations
         if soft.x is None:
             status = f"soft bounds dropped: {soft.status}"
-            return AxisSolution(hard.x, status, iterations, outputs[n:])
+            return AxisSolution(hard.x, status, iterations, position)
         plan = soft.x[:n]
         position = self._outputs_from_r[n:].dot(plan) + free[n:]
         return AxisSolution(plan, soft.status, iterations, position)
@@ -110,9 +113,10 @@ class ConstrainedAxis:
 
 def _excess(velocity: Array, position: Array, bounds: SoftBounds) -> float:
     """By how much the outputs (n,) leave the soft bounds; negative where they don't."""
-    fastest = abs(float(velocity[np.abs(velocity).argmax()]))
-    lowest, highest = float(position[position.argmin()]), float(position[position.argmax()])
-    return max(fastest - bounds.speed_m_s, bounds.low_m - lowest, highest - bounds.high_m)
+    slowest, fastest = velocity.item(velocity.argmin()), velocity.item(velocity.argmax())
+    lowest, highest = position.item(position.argmin()), position.item(position.argmax())
+    speed = max(fastest, -slowest)
+    return max(speed - bounds.speed_m_s, bounds.low_m - lowest, highest - bounds.high_m)
 
 
 def _with_slacks(problem: AxisProblem) -> tuple[Array, Array]:

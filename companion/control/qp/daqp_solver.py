@@ -8,7 +8,6 @@ An extra: ``pip install 'companion[daqp]'``.
 """
 
 import importlib.util
-import math
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,8 @@ _STATUS = {
     -5: "not convex",
     -6: "overdetermined start",
 }
+_PLAIN = 1e59
+"""Of a sum of squares: what is below has neither NaN nor what DAQP takes for infinite (1e30)."""
 _EXCESS = 1e-5
 """By which a row may lie outside its bounds: OSQP's tolerance, too."""
 REMEDY = "DAQP is not installed: pip install 'companion[daqp]', or take osqp"
@@ -54,37 +55,54 @@ class DaqpSolver:
         self._p = np.array(p, dtype=np.float64, order="C")
         self._a = np.array(a, dtype=np.float64, order="C")
         self._iterations = iterations
+        # Overwritten at each solve.
+        self._ordered = np.ones(len(self._a), dtype=bool)
+        self._all_ordered = self._ordered.tobytes()
+        self._outside = np.empty((2, len(self._a)))
+        self._below, self._above = self._outside
         self._begin()
 
-    @np.errstate(over="ignore", invalid="ignore")
     def solve(self, q: Array, lower: Array, upper: Array) -> QpSolution:
         """Solve; status "solved" or the reason why x is None."""
-        gap = upper - lower
-        plain = math.isfinite(q.dot(q) + gap.dot(gap)) and gap[gap.argmin()] >= 0.0
-        if not plain:
-            problem = input_problem(q, lower, upper)
-            if problem:
-                return QpSolution(None, problem, 0)
-            # Rows without a bound: an active set from before must not hold one of them.
-            self._model.update(sense=self._inactive)
-        if self._model.update(f=q, bupper=upper, blower=lower) < 0:
+        np.less_equal(lower, upper, self._ordered)
+        if (
+            self._ordered.tobytes() == self._all_ordered
+            and q.dot(q) < _PLAIN
+            and lower.dot(lower) < _PLAIN
+            and upper.dot(upper) < _PLAIN
+        ):
+            return self._solved(q, lower, upper)
+        problem = input_problem(q, lower, upper)
+        if problem:
+            return QpSolution(None, problem, 0)
+        # Rows without a bound: an active set from before must not hold one of them.
+        self._model.update(sense=self._inactive)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._solved(q, lower, upper)
+
+    def _solved(self, q: Array, lower: Array, upper: Array) -> QpSolution:
+        """Solve for vectors that have been looked at."""
+        if self._model.update(None, q, None, upper, lower) < 0:  # H, f, A and the bounds
             self._begin()
             return QpSolution(None, "update refused", 0)
         x, _, flag, info = self._model.solve()
         iterations = info["iterations"]
-        status = "solved" if flag == _OPTIMAL else _STATUS.get(flag, f"exit flag {flag}")
-        if flag == _OPTIMAL and not self._vouched(x, lower, upper):
+        if flag == _OPTIMAL:
+            if self._vouched(x, lower, upper):
+                return QpSolution(x, "solved", iterations)
             status = "not finite, or out of bounds"
-        if status != "solved":
-            self._begin()
-            return QpSolution(None, status, iterations)
-        return QpSolution(x, status, iterations)
+        else:
+            status = _STATUS.get(flag, f"exit flag {flag}")
+        self._begin()
+        return QpSolution(None, status, iterations)
 
     def _vouched(self, x: Array, lower: Array, upper: Array) -> bool:
         """Whether x keeps the bounds, which one that is not finite does not: it makes a NaN."""
         rows = self._a.dot(x)
-        outside = np.maximum(lower - rows, rows - upper)
-        return bool(outside[outside.argmax()] <= _EXCESS)
+        np.subtract(lower, rows, self._below)
+        np.subtract(rows, upper, self._above)
+        worst: float = self._outside.item(self._outside.argmax())
+        return worst <= _EXCESS
 
     def _begin(self) -> None:
         """A new instance: nothing of a failure stays."""

@@ -12,7 +12,7 @@ import numpy as np
 from companion.control.reference_model import Array
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class QpSolution:
     """What a solver found.  ``x`` is None unless it is finite and the solver vouches for it."""
 
@@ -25,7 +25,10 @@ class QpSolver(Protocol):
     """A solver set up for one P and A."""
 
     def solve(self, q: Array, lower: Array, upper: Array) -> QpSolution:
-        """Solve for the given vectors; never raises, whatever they hold."""
+        """Solve for the given vectors; never raises, whatever they hold.
+
+        The caller may overwrite the vectors afterwards; x is an array of its own.
+        """
         ...
 
 
