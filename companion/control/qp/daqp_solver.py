@@ -24,8 +24,8 @@ _STATUS = {
     -5: "not convex",
     -6: "overdetermined start",
 }
-_PLAIN = 1e59
-"""Of a sum of squares: what is below has neither NaN nor what DAQP takes for infinite (1e30)."""
+_INFINITE = 1e30
+"""From here on DAQP takes a row for one without a bound."""
 _EXCESS = 1e-5
 """By which a row may lie outside its bounds: OSQP's tolerance, too."""
 REMEDY = "DAQP is not installed: pip install 'companion[daqp]', or take osqp"
@@ -62,14 +62,15 @@ class DaqpSolver:
         self._below, self._above = self._outside
         self._begin()
 
+    @np.errstate(over="ignore", invalid="ignore")
     def solve(self, q: Array, lower: Array, upper: Array) -> QpSolution:
         """Solve; status "solved" or the reason why x is None."""
         np.less_equal(lower, upper, self._ordered)
         if (
             self._ordered.tobytes() == self._all_ordered
-            and q.dot(q) < _PLAIN
-            and lower.dot(lower) < _PLAIN
-            and upper.dot(upper) < _PLAIN
+            and q.dot(q) < _INFINITE
+            and lower.item(lower.argmin()) > -_INFINITE
+            and upper.item(upper.argmax()) < _INFINITE
         ):
             return self._solved(q, lower, upper)
         problem = input_problem(q, lower, upper)
@@ -77,8 +78,7 @@ class DaqpSolver:
             return QpSolution(None, problem, 0)
         # Rows without a bound: an active set from before must not hold one of them.
         self._model.update(sense=self._inactive)
-        with np.errstate(over="ignore", invalid="ignore"):
-            return self._solved(q, lower, upper)
+        return self._solved(q, lower, upper)
 
     def _solved(self, q: Array, lower: Array, upper: Array) -> QpSolution:
         """Solve for vectors that have been looked at."""
