@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from sitl_shim.autopilot.mission_plan import MissionPlan
 from sitl_shim.autopilot.parameters import ParameterStore
@@ -90,8 +90,7 @@ class StatusText:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class AttitudeTarget:
+class AttitudeTarget(NamedTuple):
     """An attitude or rate setpoint that came in.  World ENU, body FLU.
 
     The fields hold what was sent, also where ``type_mask`` says to ignore it; NaN passes.

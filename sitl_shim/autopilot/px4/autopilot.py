@@ -26,7 +26,7 @@ from sitl_shim.autopilot.px4 import arming, modes
 from sitl_shim.autopilot.px4.announcements import Announcer
 from sitl_shim.autopilot.px4.causes import Watch
 from sitl_shim.autopilot.px4.command_desk import CommandDesk
-from sitl_shim.autopilot.px4.commander import Commander
+from sitl_shim.autopilot.px4.commander import CHECK_PERIOD_US, Commander
 from sitl_shim.autopilot.px4.flight_control import STOPPED, FlightControl
 from sitl_shim.autopilot.px4.land_detector import LandDetector
 from sitl_shim.autopilot.px4.modes import Mode
@@ -101,6 +101,8 @@ class Px4Autopilot:
         self.estimate_interval_us = max(1, int(predict_us) // TICK_US) * TICK_US
         """How often its estimator publishes, µs: as many samples of 4 ms as fit in."""
         self._time_us = 0
+        self._stream_alive = False
+        self._position_known = arming.PositionKnown()
         self._watch = Watch(self.parameters)
         self._was_armed = airborne
         self._home: Vector3 | None = None
@@ -147,13 +149,16 @@ class Px4Autopilot:
         commander = self._commander
         if time_us % _CAUSES_PERIOD_US == 0:
             self._look_for_causes(motion)
+        if time_us % CHECK_PERIOD_US == 0:  # else nobody looks at them
+            self._stream_alive = self._stream.alive(time_us, self._loss_s)
+            self._position_known = arming.PositionKnown(
+                motion.local_position_valid, motion.global_position_valid
+            )
         commander.step(
             time_us,
             landed=control.landed,
-            stream_alive=self._stream.alive(time_us, self._loss_s),
-            position=arming.PositionKnown(
-                motion.local_position_valid, motion.global_position_valid
-            ),
+            stream_alive=self._stream_alive,
+            position=self._position_known,
         )
         armed = commander.armed
         if armed and not self._was_armed:

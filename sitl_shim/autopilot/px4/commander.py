@@ -23,7 +23,7 @@ from sitl_shim.autopilot.px4.health_report import FIRST_US, health_report
 from sitl_shim.autopilot.px4.mode_guard import ModeGuard
 from sitl_shim.autopilot.px4.modes import Mode, mode_name, navigation_number
 
-_CHECK_PERIOD_US = 100_000
+CHECK_PERIOD_US = 100_000
 """The health checks run at 10 Hz: a stream is seen, and missed, at their next run."""
 _KNOWN = arming.PositionKnown()
 
@@ -164,11 +164,11 @@ class Commander:
         Args:
             time_us: boot time.
             landed: the land detector's verdict.
-            stream_alive: a setpoint arrived within COM_OF_LOSS_T.
-            position: what the estimator says of its position.
+            stream_alive: a setpoint arrived within COM_OF_LOSS_T; counts at the health checks.
+            position: what the estimator says of its position; counts at the health checks.
         """
         self._boot_us = time_us
-        if time_us % _CHECK_PERIOD_US == 0:
+        if time_us % CHECK_PERIOD_US == 0:
             self.stream_available = stream_alive
             self.position = position
             self._report_health()

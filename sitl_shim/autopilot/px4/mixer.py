@@ -6,7 +6,7 @@ unit of yaw or thrust is 1 per rotor.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from sitl_shim.autopilot.interface import RotorCommands
 from sitl_shim.autopilot.parameters import ParameterStore
@@ -17,8 +17,7 @@ _YAW_MARGIN = 0.15
 """Some yaw is kept at full thrust: the thrust gives way for it by this much."""
 
 
-@dataclass(frozen=True, slots=True)
-class Allocation:
+class Allocation(NamedTuple):
     """What the rotors are told, and what they could not be told."""
 
     thrusts: RotorCommands

@@ -100,7 +100,8 @@ class PositionFlight:
 
     def stand_aside(self) -> None:
         """Others fly."""
-        self._drop_task()
+        if self._task is not None or self._mission is not None:
+            self._drop_task()
         self._in_control = False
         self._sinking = False
 
@@ -113,6 +114,8 @@ class PositionFlight:
     def advance_ramp(self, motion: Motion) -> None:
         """One period of the take-off ramp, whoever flies."""
         self._judge_takeoff(motion)
+        if self._ramp.stage is TakeoffStage.FLIGHT and not self._detector.landed:
+            return  # it is over
         in_the_air = self._ramp.stage >= TakeoffStage.RAMP
         self._ramp.step(
             self._parameters,
