@@ -20,6 +20,7 @@ from typing import Any, Final, TypeVar, cast
 VARIABLE: Final = "SITL_SHIM_COMPILED"
 FLOAT: Final = 0
 BOOLEAN: Final = -1
+ROW: Final = -2
 
 Equation = Callable[..., Any]
 Function = TypeVar("Function", bound=Equation)
@@ -35,7 +36,8 @@ def compiled(function: Function, *shapes: int, parts: tuple[Equation, ...] = ())
 
     Args:
         function: takes and gives floats, booleans, and tuples of floats.
-        shapes: of its arguments: the length of a tuple, `FLOAT` or `BOOLEAN`.
+        shapes: of its arguments: the length of a tuple, `FLOAT` or `BOOLEAN`; or `ROW` for
+            machine code that takes a numpy array (one dimension, contiguous) in place of a tuple.
         parts: all the functions that it calls, and that those call.
     """
     if not compiling():
@@ -51,7 +53,7 @@ def _machine_code(
 
     for part in parts:
         _make_callable(part)
-    kinds = {FLOAT: float64, BOOLEAN: boolean}
+    kinds = {FLOAT: float64, BOOLEAN: boolean, ROW: float64[::1]}
     signature = tuple(
         kinds.get(shape) or types.UniTuple(float64, shape)  # type: ignore[no-untyped-call]
         for shape in shapes

@@ -284,7 +284,7 @@ def runge_kutta_step(
     )
 
 
-def move(
+def fly(
     body: Body,
     lag: Lag,
     thrust_map: ThrustMap,
@@ -295,19 +295,25 @@ def move(
     slope: MotionRate,
     wind: Vector3,
     step_s: float,
-) -> tuple[Four, Four, Wrench, Vector3, Motion]:
+    cells: Cells,
+    remaining: float,
+    voltage_v: float,
+) -> tuple[Four, Four, Wrench, Vector3, Motion, tuple[MotionRate, Vector3], tuple[float, float]]:
     """One step in free air, the rotors' targets and the wind held.
 
     Returns:
         The rotors' signals, thrusts and wrench at the end, the displacement (ENU, m) and the
-        motion at the end.
+        motion at the end; what `observe` says of it in the same wind, and `discharge` of the
+        battery.
     """
     mid, end = lag_signals(lag, signals, targets)
     thrusts = thrusts_of(thrust_map, end)
     wrench = wrench_of(arms, thrusts)
     wrench_mid = wrench_of(arms, thrusts_of(thrust_map, mid))
     reach, after = runge_kutta_step(body, motion, slope, wrench_mid, wrench, wind, step_s)
-    return end, thrusts, wrench, reach, after
+    seen = observe(body, after, wrench, wind)
+    left = discharge(cells, remaining, voltage_v, end, step_s)
+    return end, thrusts, wrench, reach, after, seen, left
 
 
 def observe(

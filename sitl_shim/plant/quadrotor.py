@@ -21,6 +21,13 @@ from sitl_shim.wind import Load, Moments, Motor, Wind
 _SEED_STREAM = 1
 _ROTORS = (equations.lag_signals, equations.thrusts_of, equations.wrench_of)
 _BODY = (equations.derivative, equations.drag_acceleration)
+_FLIGHT = (
+    *_ROTORS,
+    *_BODY,
+    equations.runge_kutta_step,
+    equations.observe,
+    equations.discharge,
+)
 _STILL: Motion = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -70,10 +77,10 @@ class Plant:
         self._moments = moments or Moments()
         self._timeline = Timeline(events, self._moments, step_s)
         self._drive = compiled(equations.drive, 2, 8, 12, 4, 4, parts=_ROTORS)
-        self._move = compiled(
-            equations.move,
-            *(12, 2, 8, 12, 4, 4, 10, 10, 3, FLOAT),
-            parts=(*_ROTORS, *_BODY, equations.runge_kutta_step),
+        self._fly = compiled(
+            equations.fly,
+            *(12, 2, 8, 12, 4, 4, 10, 10, 3, FLOAT, 6, FLOAT, FLOAT),
+            parts=_FLIGHT,
         )
         self._look = compiled(equations.observe, 12, 10, 4, 3, parts=_BODY)
         self._arms = arms_of(vehicle)
@@ -109,18 +116,22 @@ class Plant:
         """
         step_s = self._step_s
         a, b, c, d = sane_commands(rotor_commands)
-        factor = self._battery.signal_factor
+        battery = self._battery
+        factor = battery.signal_factor
         targets = (factor * a, factor * b, factor * c, factor * d)
         before = self._motion
+        wind = self._wind_now
         touching = False
         if self._standing:
             end, thrusts, wrench = self._drive(
                 self._lag, self._thrust_map, self._arms, self._signals, targets
             )
             touching = self._rests(wrench)
-        if not touching:
+        if touching:
+            battery.draw(end, step_s)
+        else:
             self._standing = False
-            end, thrusts, wrench, (sx, sy, sz), self._motion = self._move(
+            end, thrusts, wrench, (sx, sy, sz), self._motion, seen, left = self._fly(
                 self._body,
                 self._lag,
                 self._thrust_map,
@@ -129,21 +140,27 @@ class Plant:
                 targets,
                 before,
                 self._slope,
-                self._wind_now,
+                wind,
                 step_s,
+                battery.cells,
+                battery.remaining,
+                battery.voltage_v,
             )
+            battery.remaining, battery.voltage_v = left
             x, y, z = self._position
             self._position = (x + sx, y + sy, z + sz)
             touching = self._ground.near(z + sz) and self._touch_down(wrench)
         self._signals = end
 
         self._steps += 1
+        body = self._body
         while self._timeline.next_step == self._steps:
             self._happen(self._timeline.take())
-        self._battery.draw(end, step_s)
         self._wind_now = self._wind.velocity_enu_m_s(self._steps * step_s, self._position)
         motion = self._motion
-        slope, push = self._look(self._body, motion, wrench, self._wind_now)
+        if touching or self._wind_now is not wind or self._body is not body:
+            seen = self._look(self._body, motion, wrench, self._wind_now)
+        slope, push = seen
         self._slope = slope
         acceleration = (
             (

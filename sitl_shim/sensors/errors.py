@@ -5,9 +5,12 @@ It runs as it is, or compiled (`sitl_shim.compiled`), with the same results.
 
 from math import cos, sin, sqrt
 
+import numpy as np
+import numpy.typing as npt
+
 from sitl_shim.frames import Quaternion, Vector3
 
-Noise = tuple[float, ...]
+Noise = tuple[float, ...] | npt.NDArray[np.float64]
 """Of position, velocity, half angles (roll, pitch, yaw), rate, acceleration; then what is used
 elsewhere: 24 numbers in all."""
 

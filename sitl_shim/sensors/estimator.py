@@ -7,7 +7,7 @@ from math import exp, radians, sqrt
 import numpy as np
 import numpy.typing as npt
 
-from sitl_shim.compiled import compiled
+from sitl_shim.compiled import ROW, compiled, compiling
 from sitl_shim.frames import Quaternion, Vector3
 from sitl_shim.plant.state import PlantState
 from sitl_shim.plant.vehicle import GRAVITY_M_S2, VehicleModel
@@ -59,8 +59,9 @@ class Estimator:
         )
         self._profile = profile
         self._at_rest_thrust_n = 0.05 * vehicle.mass_kg * GRAVITY_M_S2
-        self._with_errors = compiled(with_errors, _DRAWS, 3, 3, 4, 3, 3, 3, 3, 3)
+        self._with_errors = compiled(with_errors, ROW, 3, 3, 4, 3, 3, 3, 3, 3)
         self._scale, self._offset = self._white_part(profile, vehicle.spread.trim_deg)
+        self._as_rows = compiling()
         self._noise: list[Noise] = []
         self._index = 0
 
@@ -107,8 +108,9 @@ class Estimator:
         """The estimate of a state; to be called for each step of the plant, in order."""
         index = self._index
         if index >= len(self._noise):
-            white = self._generator.standard_normal((_BLOCK, _DRAWS))
-            self._noise = [tuple(row) for row in (white * self._scale + self._offset).tolist()]
+            white = self._generator.standard_normal((_BLOCK, _DRAWS)) * self._scale + self._offset
+            # Machine code takes rows of an array as they are; plain Python is faster with tuples.
+            self._noise = list(white) if self._as_rows else list(map(tuple, white.tolist()))
             index = 0
         noise = self._noise[index]
         self._index = index + 1
@@ -118,9 +120,9 @@ class Estimator:
             if abs(step_s - self._step_s) > 1e-9:
                 self._set_step(step_s)
             if self._wanders:
-                self._advance_wander(noise)
+                self._advance_wander(noise[15:18])
             if self._drift_steps is not None:
-                self._advance_drift(self._drift_steps, state, noise)
+                self._advance_drift(self._drift_steps, state, noise[18:24])
         self._last_time_s = time_s
 
         delays = self._delays
@@ -155,12 +157,13 @@ class Estimator:
         self._wander_kick = sqrt(1.0 - self._wander_decay**2)
 
     def _advance_wander(self, noise: Noise) -> None:
+        first, second, third = map(float, noise)
         decay, kick = self._wander_decay, self._wander_kick
         (a, b, c), (sa, sb, sc) = self._half_wander, self._half_wander_size
         self._half_wander = (
-            decay * a + kick * sa * noise[15],
-            decay * b + kick * sb * noise[16],
-            decay * c + kick * sc * noise[17],
+            decay * a + kick * sa * first,
+            decay * b + kick * sb * second,
+            decay * c + kick * sc * third,
         )
 
     def _advance_drift(
@@ -172,7 +175,7 @@ class Estimator:
             return
         (ex, ey, ez), (fx, fy, fz) = self._drift_position, self._drift_velocity
         x, y, z = steps
-        n0, n1, n2, n3, n4, n5 = noise[18:24]
+        n0, n1, n2, n3, n4, n5 = map(float, noise)
         self._drift_position = (
             x[0] * ex + x[1] * fx + x[4] * n0,
             y[0] * ey + y[1] * fy + y[4] * n1,
