@@ -19,18 +19,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from companion.control.qp.condensed import Weights, condense
 from companion.control.qp.constrained import ConstrainedAxis, SoftBounds
-from companion.control.qp.plan_map import (
-    APPLIED,
-    BEFORE,
-    POSITION,
-    PREVIEW,
-    VELOCITY,
-    plan_map,
-)
+from companion.control.qp.plan_map import PREVIEW, PlanData, plan_map
 from companion.control.qp.port import QpSolverFactory
 from companion.control.reference_model import (
     Array,
@@ -129,8 +121,8 @@ class Mpc:
         self._rows = np.stack([m.rows for m in maps])
         self._n = settings.horizon + 1
         self._unbound = (False,) * axes
-        self._data = _Data(axes, settings.horizon + 2)
-        self._above, self._below = np.empty((2, axes, 4 * (settings.horizon + 1), 1), dtype=bool)
+        self._data = PlanData(axes, settings.horizon + 2)
+        self._above, self._below = np.empty((2, axes, 4 * self._n, 1), dtype=bool)
         self._all_kept = np.ones_like(self._above).tobytes()
         self._times_s: Array = settings.period_s * np.arange(settings.horizon + 2, dtype=np.float64)
         self._times_s.setflags(write=False)
@@ -244,27 +236,25 @@ class Mpc:
             led = rows.T[0]
             n = self._n
             return led[:n], MpcRecord("closed_form", self._unbound, False, "", 0, led[n : 2 * n])
-        if not np.isfinite(data.all).all():
+        if not data.finite():
             return None, _unsolved(self._unbound, False, "input not finite", 0)
-        return self._constrained(rows[:, :, 0], (self._above & self._below)[:, :, 0])
+        np.logical_and(self._above, self._below, self._above)
+        return self._constrained(rows[:, :, 0], self._above.tobytes())
 
-    def _constrained(
-        self, rows: Array, within: NDArray[np.bool_]
-    ) -> tuple[Array | None, MpcRecord]:
-        """Solve the axes on which the closed form violates something, in the place of its rows."""
-        n = self._n
-        kept = within.tobytes()
-        length = 4 * n
-        r_max_active = False
-        flags = []
-        for at in range(0, len(kept), length):
-            flags.append(0 in kept[at : at + length])
-            r_max_active = r_max_active or 0 in kept[at + 3 * n : at + length]
-        constrained = tuple(flags)
-        settings = self.settings
+    def _constrained(self, rows: Array, kept: bytes) -> tuple[Array | None, MpcRecord]:
+        """Solve the axes on which the closed form violates something, in the place of its rows.
+
+        Args:
+            rows: (axes, 4n) of the closed form.
+            kept: a byte for each of them, 0 where it violates a bound.
+        """
+        n, settings = self._n, self.settings
+        by_axis = [kept[at : at + 4 * n] for at in range(0, len(kept), 4 * n)]
+        constrained = tuple([0 in one for one in by_axis])
+        r_max_active = 0 in b"".join([one[3 * n :] for one in by_axis])
         said: list[str] = []
         iterations = 0
-        for i, violated in enumerate(flags):
+        for i, violated in enumerate(constrained):
             if not violated:
                 continue
             data = self._data.all[i]
@@ -289,22 +279,6 @@ class Mpc:
             "solved", constrained, r_max_active, ", ".join(said), iterations, led[n : 2 * n]
         )
         return led[:n], record
-
-
-class _Data:
-    """What `PlanMap` is a function of, in one array, and views of it to write to."""
-
-    __slots__ = ("all", "applied", "before", "columns", "position", "preview", "velocity")
-
-    def __init__(self, axes: int, times: int) -> None:
-        self.all: Array = np.zeros((axes, PREVIEW + times))
-        self.columns: Array = self.all[:, :, None]
-        by_row = self.all.T
-        self.position: Array = by_row[POSITION]
-        self.velocity: Array = by_row[VELOCITY]
-        self.applied: Array = by_row[APPLIED]
-        self.before: Array = by_row[BEFORE]
-        self.preview: Array = by_row[PREVIEW:]
 
 
 def _unsolved(

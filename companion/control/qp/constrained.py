@@ -92,7 +92,7 @@ class ConstrainedAxis:
         outputs = self._outputs_from_r.dot(hard.x)
         outputs += free
         position = outputs[n:]
-        if _excess(outputs[:n], position, bounds) <= _TOLERANCE:
+        if _keeps(outputs[:n], position, bounds):
             return AxisSolution(hard.x, hard.status, hard.iterations, position)
 
         low = np.repeat([-bounds.speed_m_s, bounds.low_m], n) - free
@@ -111,12 +111,15 @@ class ConstrainedAxis:
         return AxisSolution(plan, soft.status, iterations, position)
 
 
-def _excess(velocity: Array, position: Array, bounds: SoftBounds) -> float:
-    """By how much the outputs (n,) leave the soft bounds; negative where they don't."""
-    slowest, fastest = velocity.item(velocity.argmin()), velocity.item(velocity.argmax())
-    lowest, highest = position.item(position.argmin()), position.item(position.argmax())
-    speed = max(fastest, -slowest)
-    return max(speed - bounds.speed_m_s, bounds.low_m - lowest, highest - bounds.high_m)
+def _keeps(velocity: Array, position: Array, bounds: SoftBounds) -> bool:
+    """Whether the outputs (n,) keep the soft bounds."""
+    speed = bounds.speed_m_s + _TOLERANCE
+    return (
+        velocity.item(velocity.argmax()) <= speed
+        and velocity.item(velocity.argmin()) >= -speed
+        and position.item(position.argmin()) >= bounds.low_m - _TOLERANCE
+        and position.item(position.argmax()) <= bounds.high_m + _TOLERANCE
+    )
 
 
 def _with_slacks(problem: AxisProblem) -> tuple[Array, Array]:

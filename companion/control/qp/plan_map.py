@@ -31,6 +31,43 @@ class PlanMap:
     """(2n + 3, n + 5): what `AxisProblem` is a function of, about y*(k̄)."""
 
 
+class PlanData:
+    """The data of all axes in one array, and views of it to write to; zero at first."""
+
+    __slots__ = (
+        "_finite",
+        "all",
+        "applied",
+        "before",
+        "columns",
+        "position",
+        "preview",
+        "velocity",
+    )
+
+    def __init__(self, axes: int, times: int) -> None:
+        """Set up.
+
+        Args:
+            axes: each of which has a row.
+            times: of the preview, n + 1.
+        """
+        self.all: Array = np.zeros((axes, PREVIEW + times))
+        """(axes, n + 5)."""
+        self.columns: Array = self.all[:, :, None]
+        """The same as the columns that `PlanMap.rows` are multiplied by."""
+        by_time = self.all.T
+        self.position, self.velocity = by_time[POSITION], by_time[VELOCITY]
+        self.applied, self.before = by_time[APPLIED], by_time[BEFORE]
+        self.preview = by_time[PREVIEW:]
+        self._finite = np.empty(self.all.shape, dtype=bool)
+
+    def finite(self) -> bool:
+        """Whether all of it is."""
+        np.isfinite(self.all, self._finite)
+        return 0 not in self._finite.tobytes()
+
+
 def plan_map(problem: AxisProblem, *, penalise_absolute_r: bool) -> PlanMap:
     """Build the matrices.
 

@@ -234,3 +234,23 @@ def test_a_tick_far_outside_all_bounds_has_a_bounded_number_of_iterations():
         assert np.isfinite(r).all()
         worst = max(worst, record.iterations)
     assert worst <= 3 * 2 * 1000
+
+
+@pytest.mark.parametrize("r_max", [1e9, 20.0], ids=["closed form", "solved"])
+def test_what_a_plan_returned_is_not_touched_by_the_next(r_max):
+    mpc = make(r_max_m_s2=r_max)
+    about = mpc.about(np.zeros(3))
+    position, preview = np.array([0.0, 0.0, 1.0]), preview_of(mpc, speed=2.0)
+    given = position.copy(), preview.copy()
+    memory, r, record = mpc.step(mpc.start(position), position, np.zeros(3), preview)
+    assert record.status == ("closed_form" if r_max > 20.0 else "solved")
+    returned = (memory.applied_r_m, memory.applied_r_before_m, memory.plan_m, r)
+    returned += (record.predicted_position_m,)
+    copies = [array.copy() for array in returned]
+    for other in (mpc, about):
+        other.step(memory, position + 5.0, np.ones(3), preview + 3.0)
+        other.step(memory, position * np.nan, np.ones(3), preview)
+    for array, copy in zip(returned, copies, strict=True):
+        np.testing.assert_array_equal(array, copy)
+    np.testing.assert_array_equal(position, given[0])
+    np.testing.assert_array_equal(preview, given[1])
