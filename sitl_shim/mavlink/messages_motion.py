@@ -17,7 +17,7 @@ from sitl_shim.frames import (
 from sitl_shim.mavlink.geodesy import global_position
 from sitl_shim.mavlink.integers import int16, int32, uint16
 from sitl_shim.mavlink.packets import Layout, Packet
-from sitl_shim.mavlink.wire import Message, dialect
+from sitl_shim.mavlink.wire import dialect
 from sitl_shim.simulation import Simulation
 
 _ATTITUDE = Layout(dialect.MAVLink_attitude_message)
@@ -28,6 +28,9 @@ _ALTITUDE = Layout(dialect.MAVLink_altitude_message)
 _ATTITUDE_TARGET = Layout(dialect.MAVLink_attitude_target_message)
 _POSITION_TARGET = Layout(dialect.MAVLink_position_target_local_ned_message)
 _VFR_HUD = Layout(dialect.MAVLink_vfr_hud_message)
+_GPS_RAW = Layout(dialect.MAVLink_gps_raw_int_message)
+_SERVO_OUTPUT = Layout(dialect.MAVLink_servo_output_raw_message, "<I4H25s")
+"""Of its sixteen servos four have something to say."""
 _HIGHRES_IMU = Layout(dialect.MAVLink_highres_imu_message)
 ODOMETRY = Layout(dialect.MAVLink_odometry_message, "<Q13f168s5B")
 """Its two covariances, 42 numbers, never change and stand as one."""
@@ -48,6 +51,9 @@ for _place in (0, 6, 11):
 _COVARIANCES = struct.pack("<42f", *_POSE_COVARIANCE, *_VELOCITY_COVARIANCE)
 _FIELD_NED_GAUSS: Vector3 = (0.2163, 0.0103, 0.4304)
 """Earth's magnetic field at the origin."""
+_SERVO_LOW = 900
+_SERVOS_UNUSED = struct.pack("<4HB8H", *[_SERVO_LOW] * 4, 0, *[_SERVO_LOW] * 8)
+"""Servos 5 to 8, the port, servos 9 to 16."""
 _TYPE_MASK_NOTHING = 63
 _TYPE_MASK_NO_POSITION = 7
 
@@ -129,16 +135,15 @@ def global_position_int(sim: Simulation) -> Packet:
     return Packet(_GLOBAL_POSITION, content)
 
 
-def gps_raw_int(sim: Simulation) -> Message:
+def gps_raw_int(sim: Simulation) -> Packet:
     """GPS_RAW_INT (24): a good fix at the estimated position."""
     estimate = sim.estimate
     latitude, longitude, altitude_mm = global_position(sim.origin, estimate.position_enu_m)
     east, north, _ = estimate.velocity_enu_m_s
     speed = math.hypot(east, north)
     course_deg = math.degrees(math.atan2(east, north)) % 360.0
-    return dialect.MAVLink_gps_raw_int_message(
+    content = _GPS_RAW.pack(
         sim.stamp_us,
-        3,  # a three-dimensional fix
         latitude,
         longitude,
         altitude_mm,
@@ -146,6 +151,7 @@ def gps_raw_int(sim: Simulation) -> Message:
         80,
         uint16(speed * 100.0),
         round(course_deg * 100.0) % 36000,
+        3,  # a three-dimensional fix
         16,  # satellites
         altitude_mm,
         900,  # accuracies, mm and mm/s
@@ -154,6 +160,7 @@ def gps_raw_int(sim: Simulation) -> Message:
         0,
         0,
     )
+    return Packet(_GPS_RAW, content)
 
 
 def highres_imu(sim: Simulation) -> Packet:
@@ -284,16 +291,15 @@ def position_target_local_ned(sim: Simulation) -> Packet | None:
     return Packet(_POSITION_TARGET, content)
 
 
-def servo_output_raw(sim: Simulation) -> Message:
+def servo_output_raw(sim: Simulation) -> Packet:
     """SERVO_OUTPUT_RAW (36): 900 disarmed, 1000 to 2000 armed."""
-    low = 900
     if sim.autopilot.armed:
         rotors = [round(1000.0 + 1000.0 * signal) for signal in sim.autopilot.rotor_commands]
     else:
-        rotors = [low] * 4
+        rotors = [_SERVO_LOW] * 4
     # This stamp alone has 32 bits for its microseconds: it goes round after 71 minutes.
     stamp_us = sim.stamp_us & 0xFFFFFFFF
-    return dialect.MAVLink_servo_output_raw_message(stamp_us, 0, *rotors, *([low] * 12))
+    return Packet(_SERVO_OUTPUT, _SERVO_OUTPUT.pack(stamp_us, *rotors, _SERVOS_UNUSED))
 
 
 def _height_above_home_m(sim: Simulation) -> float:
@@ -303,7 +309,8 @@ def _height_above_home_m(sim: Simulation) -> float:
 
 def _heading_deg(sim: Simulation) -> float:
     """Clockwise from north, 0 to 360."""
-    yaw = euler_from_quaternion(attitude_to_wire(sim.estimate.attitude_flu_to_enu))[2]
+    w, x, y, z = attitude_to_wire(sim.estimate.attitude_flu_to_enu)
+    yaw = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
     return math.degrees(yaw) % 360.0
 
 

@@ -8,9 +8,13 @@ import math
 from sitl_shim.autopilot.mission_plan import MissionState
 from sitl_shim.frames import attitude_to_wire, swap_enu_ned
 from sitl_shim.mavlink.geodesy import global_position
+from sitl_shim.mavlink.packets import Layout, Packet
 from sitl_shim.mavlink.protocol_version import ProtocolVersion
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
+
+_SYS_STATUS = Layout(dialect.MAVLink_sys_status_message)
+_EXTENDED_STATE = Layout(dialect.MAVLink_extended_sys_state_message)
 
 _MAVLINK_VERSION = 3
 _CAPABILITIES = 0xE8FF
@@ -37,27 +41,28 @@ def heartbeat(sim: Simulation) -> Message:
     )
 
 
-def sys_status(sim: Simulation) -> Message:
+def sys_status(sim: Simulation) -> Packet:
     """SYS_STATUS (1)."""
     sensors = sim.autopilot.sensor_health
-    return dialect.MAVLink_sys_status_message(
+    content = _SYS_STATUS.pack(
         sensors.present,
         sensors.enabled,
         sensors.health,
         180,  # load, per mille
         round(sim.battery.voltage_v * 1000.0),
         -1,  # current is not measured
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
         _battery_percent(sim),
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
         0,
         0,
         1,
     )
+    return Packet(_SYS_STATUS, content)
 
 
 def battery_status(sim: Simulation) -> Message:
@@ -83,9 +88,9 @@ def system_time(sim: Simulation) -> Message:
     return dialect.MAVLink_system_time_message(_EPOCH_UNIX_US + sim.elapsed_us, sim.stamp_ms)
 
 
-def extended_sys_state(sim: Simulation) -> Message:
+def extended_sys_state(sim: Simulation) -> Packet:
     """EXTENDED_SYS_STATE (245)."""
-    return dialect.MAVLink_extended_sys_state_message(0, sim.autopilot.landed_state)
+    return Packet(_EXTENDED_STATE, _EXTENDED_STATE.pack(0, sim.autopilot.landed_state))
 
 
 def current_mode(sim: Simulation) -> Message:

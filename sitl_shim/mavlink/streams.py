@@ -13,6 +13,7 @@ from operator import itemgetter
 from sitl_shim.mavlink import messages_motion as motion
 from sitl_shim.mavlink import messages_status as status
 from sitl_shim.mavlink import messages_truth as truth
+from sitl_shim.mavlink.packets import Layout, Packet
 from sitl_shim.mavlink.wire import Message, dialect
 from sitl_shim.simulation import Simulation
 
@@ -31,11 +32,12 @@ PING_ID: int = dialect.MAVLINK_MSG_ID_PING
 TIMESYNC_ID: int = dialect.MAVLINK_MSG_ID_TIMESYNC
 HEARTBEAT_ID: int = dialect.MAVLINK_MSG_ID_HEARTBEAT
 AVAILABLE_MODES_ID: int = dialect.MAVLINK_MSG_ID_AVAILABLE_MODES
+_TIMESYNC = Layout(dialect.MAVLink_timesync_message)
 
 
-def timesync(sim: Simulation) -> Message:
+def timesync(sim: Simulation) -> Packet:
     """TIMESYNC (111): the autopilot's own question, with its boot time in ns."""
-    return dialect.MAVLink_timesync_message(0, sim.stamp_us * 1000)
+    return Packet(_TIMESYNC, _TIMESYNC.pack(0, sim.stamp_us * 1000))
 
 
 def ping(sim: Simulation) -> Message:

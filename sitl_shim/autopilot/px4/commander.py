@@ -134,7 +134,7 @@ class Commander:
     @property
     def system_status(self) -> int:
         """MAV_STATE: 0 not armable in this mode, 3 armable, 4 armed, 5 failsafe."""
-        if self.failsafe_active:
+        if self._guard.active:
             return 5
         if self.armed:
             return 4

@@ -65,6 +65,9 @@ class ModeGuard:
         """
         self._intended, self._position = intended, position
         guard = self._failsafe
+        lacks_nothing = stream_available if intended is Mode.OFFBOARD else position.locally
+        if armed and lacks_nothing and not self.causes and guard.idle:
+            return intended  # nearly always
         fallback = self._fallback(stream_available=stream_available) if armed else Action.NONE
         if not armed or (fallback is Action.NONE and not self.causes and guard.idle):
             if not guard.idle:

@@ -32,6 +32,7 @@ class Events:
 
     def __init__(self, context: Context) -> None:
         self._context = context
+        self._speaks = context.personality.events
         self._sequence = _FIRST - 1
         """Of the newest event."""
         self._kept: deque[tuple[int, Message]] = deque(maxlen=_KEPT)
@@ -49,7 +50,7 @@ class Events:
         """
         context = self._context
         events = context.sim.autopilot.take_events()
-        if not context.personality.events:
+        if not self._speaks:
             return 0
         for event in events:
             self._sequence = (self._sequence + 1) % _MODULO

@@ -22,6 +22,7 @@ class MissionProgress:
     def __init__(self, context: Context, store: MissionStore, manners: MissionManners) -> None:
         self._context = context
         self._store = store
+        self._sim = context.sim
         self._manners = manners
         self._told_current = 0
         self._reached = 0
@@ -29,7 +30,7 @@ class MissionProgress:
 
     def step(self, now_us: int) -> None:
         """Send what is due at this tick."""
-        plan = self._store.plan
+        plan = self._sim.autopilot.mission
         for index in plan.take_reached():
             self._reached, self._repetitions = index, self._manners.reached_repetitions
             self._tell_reached()
