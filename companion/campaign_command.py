@@ -42,6 +42,7 @@ class CampaignRequest:
     resume: bool = False
     point: int | None = None
     json_output: bool = False
+    anew: bool = False
 
 
 def run_campaign_file(
@@ -82,8 +83,12 @@ def run_campaign_file(
             "--jobs counts processes of this computer; with --scheduler the cluster's workers fly. "
             "Leave one of the two out."
         )
+    if request.anew and not request.resume:
+        raise ConfigError("--anew goes with --resume: give both, or leave it out.")
     folder = request.out or Path("campaigns") / plan.config.name
-    order = Order(plan, folder, jobs, _command(request), request.scheduler, request.resume)
+    order = Order(
+        plan, folder, jobs, _command(request), request.scheduler, request.resume, request.anew
+    )
     started = time.perf_counter()
     with ProgressDisplay(plan.config.name) as display:
         rows = fly_campaign(order, display, fly, fly_there)
@@ -99,7 +104,12 @@ def run_campaign_file(
 
 
 def _one(plan: Plan, point: int, request: CampaignRequest, console: Console) -> bool:
-    given = {"--scheduler": request.scheduler, "--jobs": request.jobs, "--resume": request.resume}
+    given = {
+        "--scheduler": request.scheduler,
+        "--jobs": request.jobs,
+        "--resume": request.resume,
+        "--anew": request.anew,
+    }
     for option, value in given.items():
         if value:
             raise ConfigError(f"--point flies one flight, here: leave {option} out.")

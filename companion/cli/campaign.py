@@ -39,6 +39,13 @@ def campaign(
         bool,
         typer.Option("--resume", help="Go on with what was begun in the folder."),
     ] = False,
+    anew: Annotated[
+        bool,
+        typer.Option(
+            "--anew",
+            help="With --resume: fly again what other code flew; its rows are kept in before-1/.",
+        ),
+    ] = False,
     point: Annotated[
         int | None,
         typer.Option(
@@ -61,7 +68,7 @@ def campaign(
     from companion.experiments.flight_store import MissingExtraError
     from companion.recording.flight_log import FlightLogError
 
-    request = CampaignRequest(file, scheduler, jobs, out, resume, point, json_output)
+    request = CampaignRequest(file, scheduler, jobs, out, resume, point, json_output, anew)
     try:
         all_flown = run_campaign_file(request)
     except (ConfigError, MissingExtraError, FlightLogError, OSError) as error:

@@ -1,19 +1,23 @@
 """Flies a campaign: what is there is kept, what is missing is flown, what comes is written."""
 
+import errno
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from companion.config.yaml_source import ConfigError
-from companion.experiments.campaign import CampaignInterruptedError, Job, run_campaign
+from companion.experiments.campaign import CampaignInterruptedError, Crew, Job, run_campaign
 from companion.experiments.campaigns.cluster import ClusterLostError, DaskCrew
-from companion.experiments.campaigns.folder import owned, rows_before
+from companion.experiments.campaigns.folder import PLANTS, owned, rows_before, set_aside
 from companion.experiments.campaigns.manifest import write_manifest
 from companion.experiments.campaigns.parcel import Flown, Parcel
 from companion.experiments.campaigns.plan import Plan, PlannedFlight
 from companion.experiments.campaigns.results import (
+    JOURNAL,
+    RESULTS,
     Journal,
     Row,
     row_of,
@@ -41,6 +45,8 @@ class Order:
     """That makes it again, and goes on with it with ``--resume``."""
     scheduler: str | None = None
     resume: bool = False
+    anew: bool = False
+    """Whether what other code flew is flown again."""
 
 
 def fly_campaign(
@@ -61,47 +67,67 @@ def fly_campaign(
         The rows of all flights, in the order of the plan.
 
     Raises:
-        ConfigError: it can't be flown as it stands; nothing was flown.
+        ConfigError: it can't be flown as it stands; nothing was flown, and nothing is changed.
         MissingExtraError: a library is not installed.
-        CampaignInterruptedError: Ctrl-C, or the cluster is gone; the text says how to go on.
+        CampaignInterruptedError: Ctrl-C, the cluster is gone, or the folder can't be written any
+            more; the text says how to go on.
         OSError: the folder can't be written.
     """
     need_pyarrow()
     plan, folder = order.plan, order.folder
-    with owned(folder):
+    with owned(folder), ExitStack() as stack:
         before = rows_before(folder, plan, resume=order.resume)
         engine = (
             _batches(order, display)
             if plan.config.engine == "batched"
             else _flights(order, display, fly, fly_there)
         )
-        write_manifest(folder, plan, order.command)
         by_key = _by_key(plan.flights, engine.tasks)
         known = {
             row["key"]: summary_of(row, by_key[row["key"]][1])
             for row in before
             if row["key"] in by_key
         }
-        others = len({row["key"] for row in before}.difference(by_key))
-        if others:
+        if len(known) < len(by_key):
+            # Nothing in the folder is touched before it is known that anything can be flown.
+            stack.enter_context(engine.ready)
+        others = {row["key"] for row in before}.difference(by_key)
+        kept = set_aside(folder, before, others, anew=order.anew)
+        if kept is not None:
             display.say(
-                f"{others} flights in {folder} were flown by other code or with other files, and "
-                "are flown again."
+                f"{len(others)} flights in {folder} were flown by other code or with other files, "
+                f"and are flown again; {kept} has the campaign as it was."
             )
+        write_manifest(folder, plan, order.command)
         rows = [row for key, s in known.items() for row in _rows(plan, by_key[key][0], s)]
-        with Journal(folder, rows) as journal:
-            keeper = _Keeper(plan, folder, journal, rows, display)
-            try:
-                engine.fly(known, lambda s: keeper.take(_rows(plan, by_key[s.key][0], s)))
-            except (KeyboardInterrupt, CampaignInterruptedError, ClusterLostError) as error:
-                why = str(error) if isinstance(error, ClusterLostError) else "interrupted"
-                raise CampaignInterruptedError(
-                    f"{why}: {keeper.done} of {len(plan.flights)} flights are kept in {folder}. "
-                    f"Go on with: {order.command} --resume"
-                ) from error
-            finally:
-                keeper.write()
+        journal = stack.enter_context(Journal(folder))
+        keeper = _Keeper(plan, folder, journal, rows, display)
+        try:
+            engine.fly(known, lambda s: keeper.take(_rows(plan, by_key[s.key][0], s)))
+            keeper.write()
+        except (KeyboardInterrupt, CampaignInterruptedError, ClusterLostError, OSError) as error:
+            keeper.write_if_possible()
+            raise CampaignInterruptedError(
+                f"{_why(error, folder)}: {keeper.done} of {len(plan.flights)} flights are kept in "
+                f"{folder}. {_remedy(error)}: {order.command} --resume"
+            ) from error
         return keeper.in_order()
+
+
+def _why(error: BaseException, folder: Path) -> str:
+    """What ended a campaign."""
+    if isinstance(error, ClusterLostError):
+        return str(error)
+    if isinstance(error, OSError):
+        return f"{error.filename or folder} can't be written ({error.strerror or error})"
+    return "interrupted"
+
+
+def _remedy(error: BaseException) -> str:
+    if not isinstance(error, OSError):
+        return "Go on with"
+    full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+    return f"{'Make room' if full else 'Mend that'}, and go on with"
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +138,8 @@ class _Engine:
     """By the plan, each with its key."""
     fly: Callable[[Mapping[str, Summary], Callable[[Summary], None]], object]
     """Flies what is not known, and tells what comes."""
+    ready: AbstractContextManager[object] = field(default_factory=nullcontext)
+    """Entered before anything is flown, and before anything is written."""
 
 
 def _flights(
@@ -125,7 +153,8 @@ def _flights(
     Raises:
         ConfigError: one can't be flown.
     """
-    tasks = checked_tasks(order.plan, order.folder / "plants")
+    tasks = checked_tasks(order.plan, order.folder / PLANTS)
+    crew = None if order.scheduler is None else DaskCrew(order.scheduler, display.say, fly_there)
 
     def go(known: Mapping[str, Summary], on_flown: Callable[[Summary], None]) -> None:
         run_campaign(
@@ -137,12 +166,10 @@ def _flights(
             keep=order.plan.config.keep == "flights",
             known=known,
             on_flown=on_flown,
-            crew=None
-            if order.scheduler is None
-            else DaskCrew(order.scheduler, display.say, fly_there),
+            crew=None if crew is None else nullcontext[Crew](crew),
         )
 
-    return _Engine(tasks, go)
+    return _Engine(tasks, go, crew or nullcontext())
 
 
 def _batches(order: Order, display: ProgressDisplay) -> _Engine:
@@ -182,6 +209,7 @@ class _Keeper:
         self._outcomes = Counter(row["outcome"] for row in self._rows.values())
         self._display = display
         self._due_s = time.monotonic()
+        self._told_trouble = False
         self._tell()
 
     @property
@@ -197,13 +225,29 @@ class _Keeper:
             self._outcomes[row["outcome"]] += 1
         self._tell()
         if time.monotonic() >= self._due_s:
-            self.write()
+            self.write_if_possible()
 
     def write(self) -> None:
-        """Write the table of all rows so far."""
-        started = time.monotonic()
+        """Write the table of all rows so far.
+
+        Raises:
+            OSError: it can't be written.
+        """
         self._journal.sync()
         write_results(self._folder, self._rows.values(), self._plan.parameters)
+
+    def write_if_possible(self) -> None:
+        """Write the table, or say that it can't be: the journal has all that stands in it."""
+        started = time.monotonic()
+        try:
+            self.write()
+        except OSError as error:
+            if not self._told_trouble:
+                self._display.say(
+                    f"{self._folder / RESULTS} can't be written ({error.strerror or error}); "
+                    f"{JOURNAL} has the rows"
+                )
+            self._told_trouble = True
         ended = time.monotonic()
         self._due_s = ended + max(_WRITE_EVERY_S, (ended - started) / _WRITING_SHARE)
 

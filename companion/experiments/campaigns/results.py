@@ -68,19 +68,16 @@ def is_done(row: Row) -> bool:
 class Journal:
     """The file of the rows, open to be written; to be used in a `with` statement."""
 
-    def __init__(self, folder: Path, rows: Iterable[Row] = ()) -> None:
-        """Begin a journal with rows that are known.
-
-        Args:
-            folder: of the campaign.
-            rows: take the place of what the file said.
+    def __init__(self, folder: Path) -> None:
+        """Begin a journal, or go on with one: what is there stays.
 
         Raises:
             OSError: it can't be written.
         """
-        path = folder / JOURNAL
-        write_whole(path, "".join(map(_line, rows)))
-        self._file = os.open(path, os.O_WRONLY | os.O_APPEND)
+        self._file = os.open(folder / JOURNAL, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
+        size = os.fstat(self._file).st_size
+        if size and os.pread(self._file, 1, size - 1) != b"\n":
+            self._write(b"\n")  # what was torn is a line of its own, and none that says anything
 
     def __enter__(self) -> "Journal":
         return self
@@ -94,13 +91,24 @@ class Journal:
         Raises:
             OSError: it can't be written.
         """
-        left = _line(row).encode()
-        while left:
-            left = left[os.write(self._file, left) :]
+        self._write(_line(row).encode())
 
     def sync(self) -> None:
         """Let what was written outlive the computer's power, too."""
         os.fsync(self._file)
+
+    def _write(self, left: bytes) -> None:
+        while left:
+            left = left[os.write(self._file, left) :]
+
+
+def write_journal(folder: Path, rows: Iterable[Row]) -> None:
+    """Put rows in the place of what the journal said.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    write_whole(folder / JOURNAL, "".join(map(_line, rows)))
 
 
 def read_journal(folder: Path) -> list[Row]:

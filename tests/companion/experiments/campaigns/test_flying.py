@@ -1,3 +1,4 @@
+import errno
 import json
 import math
 import os
@@ -14,8 +15,10 @@ from companion.campaign_command import CampaignRequest, run_campaign_file
 from companion.config.yaml_source import ConfigError
 from companion.experiments import campaign
 from companion.experiments.campaign import CampaignInterruptedError
+from companion.experiments.campaigns import cluster, flying
 from companion.experiments.campaigns.folder import owned
-from companion.experiments.campaigns.results import JOURNAL, RESULTS, read_journal
+from companion.experiments.campaigns.manifest import MANIFEST
+from companion.experiments.campaigns.results import JOURNAL, RESULTS, Journal, read_journal
 from tests.companion.experiments.campaigns import stand_ins
 from tests.companion.experiments.campaigns.stand_ins import attempts
 
@@ -137,16 +140,144 @@ def test_a_flights_file_is_enough_to_know_it_again(request_of, out, file):
     assert str(rows_of(out)) == str(before)  # NaN is not equal to itself
 
 
-def test_flights_of_other_code_are_flown_again_and_said(request_of, out, capsys):
+def test_flights_of_other_code_stay_until_they_are_to_be_flown_anew(request_of, out, capsys):
     run_campaign_file(request_of(), stand_ins.figures)
-    journal = (out / JOURNAL).read_text()
-    (out / JOURNAL).write_text(journal.replace("-s3-", "-s3-other"))
+    journal = (out / JOURNAL).read_text().replace("-s3-", "-s3-other")
+    (out / JOURNAL).write_text(journal)
 
-    run_campaign_file(request_of(resume=True), stand_ins.figures)
+    with pytest.raises(ConfigError, match=r"1 flights were flown by other code .*--resume --anew"):
+        run_campaign_file(request_of(resume=True), stand_ins.figures)
+    assert (out / JOURNAL).read_text() == journal
+    with pytest.raises(ConfigError, match="--anew goes with --resume"):
+        run_campaign_file(request_of(anew=True), stand_ins.figures)
+
+    run_campaign_file(request_of(resume=True, anew=True), stand_ins.figures)
 
     assert "1 flights in" in capsys.readouterr().err
     assert [attempts(out, seed) for seed in range(1, 7)] == [1, 1, 2, 1, 1, 1]
     assert "other" not in (out / JOURNAL).read_text()
+    assert (out / "before-1" / JOURNAL).read_text() == journal
+    assert len(rows_of(out / "before-1")) == 6
+    assert (out / "before-1" / MANIFEST).is_file()
+
+
+def test_a_scheduler_that_is_not_there_costs_no_row(request_of, out, monkeypatch):
+    monkeypatch.setattr(cluster, "_CONNECTS_WITHIN_S", 0.2)
+    run_campaign_file(request_of(), stand_ins.figures)
+    lines = (out / JOURNAL).read_text().splitlines(keepends=True)
+    journal = "".join(lines[:5]).replace("-s3-", "-s3-other")
+    (out / JOURNAL).write_text(journal)
+    before = {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()}
+    nobody = {"scheduler": "tcp://127.0.0.1:1", "jobs": None}
+
+    with pytest.raises(ConfigError, match="no Dask scheduler answers there"):
+        run_campaign_file(request_of(resume=True, anew=True, **nobody))
+
+    assert {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()} == before
+
+
+def test_a_first_attempt_that_flew_nothing_leaves_nothing_and_is_no_obstacle(
+    request_of, out, monkeypatch
+):
+    monkeypatch.setattr(cluster, "_CONNECTS_WITHIN_S", 0.2)
+    nobody = {"scheduler": "tcp://127.0.0.1:1", "jobs": None, "out": out / "deep"}
+    with pytest.raises(ConfigError, match="no Dask scheduler answers there"):
+        run_campaign_file(request_of(**nobody))
+    assert not out.exists()
+
+    run_campaign_file(request_of(), stand_ins.figures)
+    (out / RESULTS).unlink()
+    (out / JOURNAL).write_text("")
+    assert run_campaign_file(request_of(), stand_ins.figures)
+    assert len(rows_of(out)) == 6
+
+
+def test_a_folder_that_is_not_there_or_says_nothing_is_not_gone_on_with(request_of, out):
+    with pytest.raises(ConfigError, match="holds no campaign that --resume could go on with"):
+        run_campaign_file(request_of(resume=True), stand_ins.figures)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("left", [JOURNAL, RESULTS])
+@pytest.mark.parametrize("resume", [False, True])
+def test_results_without_the_manifest_are_left_alone(request_of, out, left, resume):
+    run_campaign_file(request_of(), stand_ins.figures)
+    for name in {MANIFEST, JOURNAL, RESULTS} - {left}:
+        (out / name).unlink()
+    before = (out / left).read_bytes()
+
+    with pytest.raises(ConfigError, match=f"holds {left} and no campaign.json"):
+        run_campaign_file(request_of(resume=resume), stand_ins.figures)
+
+    assert (out / left).read_bytes() == before
+
+
+def test_flights_without_data_are_not_gone_on_with_where_data_are_wanted(request_of, out, file):
+    run_campaign_file(request_of(), stand_ins.figures)
+    Path(file).write_text(SEEDS.replace("keep: figures", "keep: flights"))
+
+    with pytest.raises(
+        ConfigError, match=r"says keep: flights, and the 6 flights .* keep: figures"
+    ):
+        run_campaign_file(request_of(resume=True), stand_ins.keep)
+
+    assert json.loads((out / MANIFEST).read_text())["keep"] == "figures"
+
+
+def test_a_full_disk_is_told_with_what_is_kept_and_how_to_go_on(request_of, out, file, monkeypatch):
+    add = Journal.add
+
+    def full(self, row):
+        if row["point"] == 3:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        add(self, row)
+
+    monkeypatch.setattr(Journal, "add", full)
+    with pytest.raises(CampaignInterruptedError) as said:
+        run_campaign_file(request_of(), stand_ins.figures)
+
+    assert str(said.value) == (
+        f"{out} can't be written (No space left on device): 3 of 6 flights are kept in {out}. "
+        f"Make room, and go on with: companion campaign {file} --jobs 1 --out {out} --resume"
+    )
+
+
+def test_a_table_that_can_not_be_written_now_stops_no_campaign(
+    request_of, out, monkeypatch, capsys
+):
+    tries = []
+    write = flying.write_results
+
+    def late(folder, rows, parameters):
+        tries.append(folder)
+        if len(tries) < 3:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        write(folder, rows, parameters)
+
+    monkeypatch.setattr(flying, "_WRITE_EVERY_S", 0.0)
+    monkeypatch.setattr(flying, "_WRITING_SHARE", 1e9)
+    monkeypatch.setattr(flying, "write_results", late)
+
+    assert run_campaign_file(request_of(), stand_ins.figures)
+
+    assert len(rows_of(out)) == 6
+    assert capsys.readouterr().err.count("can't be written (No space left on device)") == 1
+
+
+@pytest.mark.parametrize("is_file", [False, True])
+def test_a_refusal_leaves_no_folder_behind(request_of, out, file, is_file):
+    if is_file:
+        out.write_text("mine")
+        with pytest.raises(ConfigError, match=r"not a folder\. Give another one with --out"):
+            run_campaign_file(request_of(), stand_ins.figures)
+        assert out.read_text() == "mine"
+        return
+    Path(file).write_text(
+        SEEDS.replace("wind: [calm]", "plant.mass: [1.1]\n  controller.mpc.horizon: [30, 1]")
+    )
+    with pytest.raises(ConfigError, match="can't be flown"):
+        run_campaign_file(request_of(), stand_ins.figures)
+    assert not out.exists()
 
 
 def test_two_campaigns_do_not_write_to_one_folder(request_of, out):
