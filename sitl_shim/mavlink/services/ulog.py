@@ -20,10 +20,9 @@ _SUBSCRIPTIONS = (
     "vehicle_status",
     "actuator_outputs",
 )
-_POSITION = struct.Struct("<Q6f")
-_ATTITUDE = struct.Struct("<Q4f")
-_STATUS = struct.Struct("<QBB")
-_OUTPUTS = struct.Struct("<Q4f")
+_PAYLOADS = ("Q6f", "Q4f", "QBB", "Q4f")
+"""Of the subscriptions, in their order."""
+_ROW = struct.Struct("<" + "".join(f"5s{payload}" for payload in _PAYLOADS))
 _STANDBY, _ARMED = 1, 2
 _NAVIGATION_STATES = {0x00: 0, 0x02: 1, 0x03: 2, 0x05: 10, 0x06: 14, 0x07: 15}
 _AUTO = 0x04
@@ -46,13 +45,22 @@ def row(record: Record) -> bytes:
     """One moment of the flight."""
     at = record.time_us
     state = _ARMED if record.armed else _STANDBY
-    return b"".join(
-        (
-            _data(0, _POSITION.pack(at, *record.position_ned_m, *record.velocity_ned_m_s)),
-            _data(1, _ATTITUDE.pack(at, *record.attitude_frd_to_ned)),
-            _data(2, _STATUS.pack(at, _navigation_state(record.custom_mode), state)),
-            _data(3, _OUTPUTS.pack(at, *record.rotor_commands)),
-        )
+    position, attitude, status, outputs = _HEADS
+    return _ROW.pack(
+        position,
+        at,
+        *record.position_ned_m,
+        *record.velocity_ned_m_s,
+        attitude,
+        at,
+        *record.attitude_frd_to_ned,
+        status,
+        at,
+        _navigation_state(record.custom_mode),
+        state,
+        outputs,
+        at,
+        *record.rotor_commands,
     )
 
 
@@ -63,13 +71,16 @@ def _navigation_state(custom_mode: int) -> int:
     return _NAVIGATION_STATES.get(main, 0)
 
 
-def _data(subscription: int, payload: bytes) -> bytes:
-    return _message("D", struct.pack("<H", subscription) + payload)
-
-
 def _information(key: str, value: bytes) -> bytes:
     return _message("I", bytes([len(key)]) + key.encode() + value)
 
 
 def _message(kind: str, payload: bytes) -> bytes:
     return struct.pack("<Hc", len(payload), kind.encode()) + payload
+
+
+_HEADS = tuple(
+    struct.pack("<HcH", 2 + struct.calcsize(f"<{payload}"), b"D", index)
+    for index, payload in enumerate(_PAYLOADS)
+)
+"""What stands before each payload: its length, that it is data, its subscription."""
