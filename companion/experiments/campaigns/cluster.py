@@ -6,13 +6,16 @@ writes.  A worker that dies is Dask's to notice, and its flights go to another.
 
 import logging
 import queue
-from collections.abc import Callable, Mapping, Sequence
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from companion.config.yaml_source import ConfigError
 from companion.experiments.campaign import Job
-from companion.experiments.campaigns.parcel import Flown, Parcel, differences, fly_parcel, pack
-from companion.experiments.campaigns.parcel import program as our_program
+from companion.experiments.campaigns.members import Client, Members
+from companion.experiments.campaigns.parcel import Flown, Parcel, StrangerError, fly_parcel, pack
 from companion.experiments.flight_store import (
     MissingExtraError,
     Summary,
@@ -21,18 +24,30 @@ from companion.experiments.flight_store import (
 )
 from companion.experiments.workers import Failure
 
-Client = Any
 Future = Any
 """Of dask.distributed, which has no types."""
 _CONNECTS_WITHIN_S = 10.0
 _AT_ONCE = 1000
-"""Flights that the scheduler knows of: more would fill its memory, fewer might let workers wait."""
+_AHEAD = 4
+"""Flights that the scheduler knows of, at most, and for each thread: more would fill its memory and
+be out of reach of workers that come later, fewer might let workers wait."""
+_ATTEMPTS = 3
 _LOOK_EVERY_S = 5.0
 _LOST = ("lost", "cancelled")
 
 
 class ClusterLostError(Exception):
     """The scheduler is gone; what is kept is kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Sent:
+    """A flight that the scheduler knows of."""
+
+    future: Future
+    index: int
+    fit: tuple[str, ...]
+    """Whom it may be given to."""
 
 
 class DaskCrew:
@@ -55,17 +70,20 @@ class DaskCrew:
         self._say = say
         self._fly = fly or fly_parcel
         self._client: Client = None
+        self._members: Members | None = None
+        self._alone = False
 
     def __enter__(self) -> "DaskCrew":
-        """Connect, and see that the workers have the same program.
+        """Connect, and see which workers have the same program.
 
         Raises:
             MissingExtraError: dask.distributed is not installed.
-            ConfigError: nobody answers, or a worker's program is another one.
+            ConfigError: nobody answers, or no worker has this program.
         """
         self._client = _connected(self._address)
         try:
-            self._meet(self._client)
+            self._members = Members(self._client, self._address, self._say)
+            self._members.begin()
         except BaseException:
             self._leave()
             raise
@@ -77,6 +95,9 @@ class DaskCrew:
     def run(self, items: Sequence[Job], on_done: Callable[[int, Summary | Failure], None]) -> None:
         """Fly all.
 
+        Each flight is for the workers that were met and have this program, and for no others: one
+        that refuses at once would be given flight after flight.
+
         Args:
             items: what to fly.
             on_done: told the item's index and its result, in the order of completion.
@@ -85,55 +106,86 @@ class DaskCrew:
             ClusterLostError: the scheduler is gone.
             OSError: a flight's file can't be written.
         """
-        client = self._client
+        client, members = self._client, self._members
         assert client is not None
+        assert members is not None
         ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
-        running: dict[str, tuple[Future, int]] = {}
-        waiting = iter(range(len(items)))
+        running: dict[str, _Sent] = {}
+        waiting = deque(range(len(items)))
+        strange = Counter[int]()
+        look_s = time.monotonic() + _LOOK_EVERY_S
         try:
-            while True:
-                while len(running) < _AT_ONCE and (index := next(waiting, None)) is not None:
-                    future = client.submit(
-                        self._fly, pack(items[index]), pure=False, priority=-index
-                    )
-                    running[future.key] = future, index
-                    future.add_done_callback(ended.put)
-                if not running:
-                    return
-                future = self._next(client, ended, running)
-                _, index = running.pop(future.key)
-                on_done(index, self._result(future, items[index]))
+            while waiting or running:
+                while waiting and len(running) < min(_AT_ONCE, _AHEAD * members.threads):
+                    index = waiting.popleft()
+                    sent = self._send(client, items[index], index, members.fit)
+                    running[sent.future.key] = sent
+                    sent.future.add_done_callback(ended.put)
+                future = _next(ended, look_s - time.monotonic())
+                ready = None if future is None else running.pop(future.key, None)
+                if future is None or time.monotonic() >= look_s:
+                    waiting.extendleft(self._look(client, members, running))
+                    look_s = time.monotonic() + _LOOK_EVERY_S
+                if ready is None:
+                    continue
+                index = ready.index
+                result = self._result(ready.future, items[index])
+                if result is None:
+                    strange[index] += 1
+                    members.forget()
+                    look_s = time.monotonic()
+                    if strange[index] < _ATTEMPTS:
+                        waiting.appendleft(index)
+                        waiting.extendleft(self._look(client, members, running))
+                        continue
+                    result = Failure(f"{_ATTEMPTS} times its worker had another program")
+                on_done(index, result)
         finally:
             if running and client.status == "running":
-                client.cancel([future for future, _ in running.values()], force=True)
+                client.cancel([sent.future for sent in running.values()], force=True)
 
-    def _next(
-        self,
-        client: Client,
-        ended: queue.SimpleQueue[Future],
-        running: Mapping[str, tuple[Future, int]],
-    ) -> Future:
-        """The next flight that ended; says so once while there is nobody to fly."""
-        alone = False
-        while True:
-            try:
-                return ended.get(timeout=_LOOK_EVERY_S)
-            except queue.Empty:
-                lost = any(future.status in _LOST for future, _ in running.values())
-                if lost or client.status not in ("running", "connecting"):
-                    raise self._lost() from None
-                nobody = client.status == "running" and not client.nthreads()
-                if nobody and not alone:
-                    self._say(
-                        f"the cluster at {self._address} has no worker any more; waiting for one "
-                        f"(dask worker {self._address} --nthreads 1)"
-                    )
-                alone = nobody
+    def _send(self, client: Client, job: Job, index: int, fit: tuple[str, ...]) -> "_Sent":
+        future = client.submit(self._fly, pack(job), pure=False, priority=-index, workers=list(fit))
+        return _Sent(future, index, fit)
 
-    def _result(self, future: Future, job: Job) -> Summary | Failure:
+    def _look(self, client: Client, members: Members, running: dict[str, "_Sent"]) -> list[int]:
+        """See who is there.
+
+        Returns:
+            Flights that are taken back, since all those whom they were given to are gone.
+
+        Raises:
+            ClusterLostError: the scheduler is gone.
+        """
+        lost = any(sent.future.status in _LOST for sent in running.values())
+        if lost or client.status not in ("running", "connecting"):
+            raise self._lost()
+        if client.status != "running":
+            return []
+        try:
+            members.look_again()
+        except OSError:
+            return []  # the connection breaks: the next look tells
+        if not members.fit and not self._alone:
+            self._say(
+                f"the cluster at {self._address} has no worker any more; waiting for one "
+                f"(dask worker {self._address} --nthreads 1)"
+            )
+        self._alone = not members.fit
+        there = set(members.fit)
+        orphans = [key for key, sent in running.items() if there.isdisjoint(sent.fit)]
+        taken = [running.pop(key) for key in orphans]
+        if taken:
+            client.cancel([sent.future for sent in taken], force=True)
+        return sorted((sent.index for sent in taken), reverse=True)
+
+    def _result(self, future: Future, job: Job) -> Summary | Failure | None:
+        """What became of a flight; None: nothing, the worker's program was another one."""
         if future.status in _LOST:
             raise self._lost()
         error = future.exception()
+        if isinstance(error, StrangerError):
+            return None
         if error is not None:
             return _failure(error)
         flown: Flown = future.result()
@@ -144,39 +196,6 @@ class DaskCrew:
 
     def _lost(self) -> ClusterLostError:
         return ClusterLostError(f"the scheduler at {self._address} is gone")
-
-    def _meet(self, client: Client) -> None:
-        """See who is there.
-
-        Raises:
-            ConfigError: nobody, or a worker whose program is another one.
-        """
-        threads: dict[str, int] = client.nthreads()
-        if not threads:
-            raise ConfigError(
-                f"--scheduler {self._address}: the cluster has no workers. Start some: "
-                f"dask worker {self._address} --nworkers auto --nthreads 1"
-            )
-        found: dict[str, Any] = client.run(our_program, on_error="return")
-        for worker, theirs in sorted(found.items()):
-            differing = (
-                [f"it has no companion ({theirs})"]
-                if isinstance(theirs, BaseException)
-                else differences(our_program(), theirs)
-            )
-            if differing:
-                raise ConfigError(
-                    f"--scheduler {self._address}: the worker {worker} has another program: "
-                    f"{'; '.join(differing)}. The same flight must give the same figures "
-                    "everywhere: install this very version, with the same libraries, on all "
-                    "workers."
-                )
-        crowded = sum(count > 1 for count in threads.values())
-        if crowded:
-            self._say(
-                f"{crowded} of {len(threads)} workers have several threads, which take turns in "
-                "Python: give each worker one (dask worker --nworkers auto --nthreads 1)"
-            )
 
     def _leave(self) -> None:
         client, self._client = self._client, None
@@ -204,6 +223,14 @@ def _connected(address: str) -> Client:
             f"--scheduler {address}: no Dask scheduler answers there ({_said(error)}). Start one "
             "with `dask scheduler`, and give the address that it says, tcp://HOST:PORT."
         ) from error
+
+
+def _next(ended: "queue.SimpleQueue[Future]", within_s: float) -> Future | None:
+    """The next flight that ended; None: none did."""
+    try:
+        return ended.get(timeout=max(0.0, within_s))
+    except queue.Empty:
+        return None
 
 
 def _failure(error: BaseException) -> Failure:
