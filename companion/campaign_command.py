@@ -15,9 +15,12 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 
+from companion.config.resolve import shipped_names
 from companion.config.yaml_source import ConfigError
 from companion.experiments.campaign import Job
+from companion.experiments.campaigns.flown_before import check_point, plan_of_folder
 from companion.experiments.campaigns.flying import Order, fly_campaign
+from companion.experiments.campaigns.manifest import MANIFEST
 from companion.experiments.campaigns.one_point import fly_point
 from companion.experiments.campaigns.parcel import Flown, Parcel
 from companion.experiments.campaigns.plan import Plan, load_plan
@@ -35,7 +38,8 @@ class CampaignRequest:
     """The options of the command line."""
 
     file: str
-    """Name of a shipped campaign, or path of a YAML file."""
+    """Name of a shipped campaign, or path of a YAML file; for a point of one that was flown, its
+    folder, too."""
     scheduler: str | None = None
     jobs: int | None = None
     out: Path | None = None
@@ -67,6 +71,13 @@ def run_campaign_file(
         FlightLogError: the folder of a point's log can't be used.
         OSError: the folder can't be written.
     """
+    if request.point is not None and request.out is not None and _is_campaign(request.out):
+        raise ConfigError(
+            f"--out {request.out} is a campaign's folder; a point's log would lie among its files. "
+            f"Give another one: --out {request.out / 'again' / str(request.point)}"
+        )
+    if Path(request.file).is_dir() and request.file not in shipped_names("campaign"):
+        return _one_of_folder(request, Path(request.file))
     if request.point is None and request.scheduler is None:
         prepare_workers()  # sampling takes a second, and so does this
     plan = load_plan(request.file)
@@ -101,6 +112,24 @@ def run_campaign_file(
     if len(failed) == len(rows):
         raise ConfigError(f"not one of {len(rows)} flights could be flown: {failed[0]['note']}")
     return not failed
+
+
+def _is_campaign(folder: Path) -> bool:
+    return (folder / MANIFEST).is_file()
+
+
+def _one_of_folder(request: CampaignRequest, folder: Path) -> bool:
+    if request.point is None:
+        raise ConfigError(
+            f"{folder} is a folder. Give the campaign's file (with --out {folder} --resume to go "
+            "on with it), or --point N to fly one of its flights again."
+        )
+    plan = plan_of_folder(folder)
+    console = _console(sys.stderr)
+    remark = check_point(folder, plan, request.point)
+    if remark is not None:
+        console.print(f"note: {remark}", style="yellow", markup=False)
+    return _one(plan, request.point, request, console)
 
 
 def _one(plan: Plan, point: int, request: CampaignRequest, console: Console) -> bool:

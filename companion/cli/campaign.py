@@ -13,7 +13,8 @@ def campaign(
     file: Annotated[
         str,
         typer.Argument(
-            help="The campaign: a YAML file, or a shipped one: robustness, grid, map, brief.",
+            help="The campaign: a YAML file, or a shipped one: robustness, grid, map, brief; with "
+            "--point also the folder of one that was flown.",
             metavar="FILE",
         ),
     ],

@@ -156,10 +156,10 @@ def cases(campaign: Campaign, flights: Flights) -> list[Case]:
 
 
 def command(campaign: Campaign, point: int) -> str:
-    """What flies a point again, with its full log."""
-    file = str(campaign.manifest.said.get("file") or f"{campaign.manifest.name}.yaml")
-    out = str(campaign.folder / _OUT / str(point))
-    return shlex.join(["companion", "campaign", file, "--point", str(point), "--out", out])
+    """What flies a point again, with its full log: from the folder's own copy of the file."""
+    folder = campaign.folder.absolute()
+    out = str(folder / _OUT / str(point))
+    return shlex.join(["companion", "campaign", str(folder), "--point", str(point), "--out", out])
 
 
 def reasons(cases_: Sequence[Case]) -> list[Reason]:

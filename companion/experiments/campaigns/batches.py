@@ -4,11 +4,13 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 from companion.config.yaml_source import ConfigError
 from companion.experiments.batched.flying import fly_batch
 from companion.experiments.batched.task import BatchTask, check_batch
-from companion.experiments.campaigns.parameters import PLANT
+from companion.experiments.campaigns.parameters import NAMED, PLANT
 from companion.experiments.campaigns.plan import Plan, PlannedFlight
 from companion.experiments.campaigns.tasks import nominal_task
 from companion.experiments.flight_store import FAILED, Summary
@@ -32,6 +34,15 @@ def batch_task_of(plan: Plan, flight: PlannedFlight) -> BatchTask:
     return BatchTask(nominal_task(plan, flight), plant)
 
 
+def batch_key_of(plan: Plan, flight: PlannedFlight) -> str:
+    """Of a flight's result.
+
+    Raises:
+        ConfigError: a file that it names can't be used.
+    """
+    return _key(batch_task_of(plan, flight))
+
+
 def checked_batch(plan: Plan) -> list[tuple[str, BatchTask]]:
     """The tasks of all flights with their keys, each seen to be modelled.
 
@@ -47,8 +58,15 @@ def checked_batch(plan: Plan) -> list[tuple[str, BatchTask]]:
 
 
 def _key(task: BatchTask) -> str:
-    """Of a vehicle's result, of the content of its files, too."""
-    text = f"{task.key} {_content(replace(task.flight, seed=0))}"
+    """Of a vehicle's result: of the content of its files, and not of where they lie."""
+    said = {name: getattr(task.flight, name) for name in NAMED}
+    names: dict[str, Any] = {
+        name: Path(value).name
+        for name, value in said.items()
+        if isinstance(value, str) and not value.startswith("{")
+    }
+    named = replace(task, flight=replace(task.flight, **names))
+    text = f"{named.key} {_content(replace(task.flight, seed=0))}"
     return f"batched-{hashlib.sha256(text.encode()).hexdigest()[:_DIGEST_LETTERS]}"
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from companion.config.yaml_source import ConfigError
 from companion.experiments.campaigns.plan import Parameter, Plan
+from companion.experiments.flight_task import code_digest
 from companion.experiments.provenance import commit, version
 from companion.recording.whole_file import write_whole
 
@@ -43,10 +44,12 @@ def write_manifest(folder: Path, plan: Plan, command: str) -> None:
         "name": config.name,
         "says": config.says,
         "file": str(plan.path),
+        "path": str(plan.path.absolute()),
         "yaml": plan.text,
         "command": command,
         "version": version(),
         "commit": commit(),
+        "code": code_digest(),
         "date": datetime.now(UTC).date().isoformat(),
         "machine": machine(),
         "engine": config.engine,

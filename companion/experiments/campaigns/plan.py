@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from companion.config.resolve import find_config
 from companion.config.validation import validate
-from companion.config.yaml_source import ConfigError, read_yaml
+from companion.config.yaml_source import ConfigError, parse_yaml, read_yaml
 from companion.experiments.campaigns.checks import at, check_campaign
 from companion.experiments.campaigns.models import MOST_FLIGHTS, BaseConfig, CampaignConfig, Value
 from companion.experiments.campaigns.parameters import LABELS, NAMED, PLANT, label, nominal
@@ -75,7 +75,21 @@ def load_plan(name_or_path: str) -> Plan:
         ConfigError: it can't be used; the text names file, line, key and remedy.
     """
     path = find_config("campaign", name_or_path)
-    source = read_yaml(path)
+    read_yaml(path)  # says why it can't be read, if so
+    return plan_of(path.read_text(encoding="utf-8"), path)
+
+
+def plan_of(text: str, path: Path) -> Plan:
+    """The plan of a campaign's text.
+
+    Args:
+        text: YAML.
+        path: where it stands or stood: what it names is relative to the path's folder.
+
+    Raises:
+        ConfigError: as `load_plan`.
+    """
+    source = parse_yaml(text, str(path))
     config = validate(CampaignConfig, source)
     check_campaign(config, source)
     crossed = dict(config.each)
@@ -96,7 +110,7 @@ def load_plan(name_or_path: str) -> Plan:
     config = config.model_copy(update={"base": _base(config.base, found)})
     return Plan(
         config,
-        path.read_text(encoding="utf-8"),
+        text,
         path,
         _parameters(config, crossed, found),
         tuple(

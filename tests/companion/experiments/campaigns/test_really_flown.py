@@ -10,8 +10,8 @@ from companion.campaign_command import CampaignRequest, run_campaign_file
 from companion.config.resolve import configs_folder
 from companion.config.yaml_source import ConfigError
 from companion.experiments.campaigns import cluster, parcel
+from companion.experiments.campaigns.flown_before import check_point, plan_of_folder
 from companion.experiments.campaigns.one_point import fly_point
-from companion.experiments.campaigns.plan import load_plan
 from companion.experiments.campaigns.results import RESULTS
 from companion.experiments.flight_store import MissingExtraError, read_flight_table
 from companion.recording.flight_log import FlightLogError
@@ -88,7 +88,8 @@ def test_a_cluster_gives_the_same_rows_and_flights_as_this_computer(folder, sche
 
 
 def test_a_point_by_itself_gives_the_rows_figures_and_a_full_log(folder, tmp_path):
-    plan = load_plan(str(folder / "flown.yaml"))
+    plan = plan_of_folder(folder / "here")
+    assert check_point(folder / "here", plan, 3) is None
 
     again = fly_point(plan, 3, tmp_path / "again")
 
