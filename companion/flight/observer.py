@@ -1,11 +1,9 @@
 """What a flight tells whoever watches it."""
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 
-@dataclass(frozen=True, slots=True)
-class TickView:
+class TickView(NamedTuple):
     """A glance at a tick."""
 
     phase: str

@@ -16,6 +16,7 @@ that comes and goes must end with the autopilot too, a single short one must not
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import NamedTuple
 
 _FORGETTING = 0.25
 """Seconds on LEVEL that a second on TRACK makes up for."""
@@ -71,8 +72,7 @@ class SupervisorLimits:
         return f"{beyond:.1f} m outside the geofence" if beyond > _FENCE_MARGIN_M else ""
 
 
-@dataclass(frozen=True, slots=True)
-class Facts:
+class Facts(NamedTuple):
     """What a tick knows about itself."""
 
     now_s: float
@@ -88,8 +88,7 @@ class Facts:
     """From the sample's time until a setpoint acts; NaN without a sample."""
 
 
-@dataclass(frozen=True, slots=True)
-class SupervisorMemory:
+class SupervisorMemory(NamedTuple):
     """What the ladder remembers between ticks."""
 
     rung: Rung = Rung.TRACK
