@@ -1,6 +1,7 @@
 """The report's first words: did it track, where does it break, what hurts most."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from companion.experiments.campaign_report.influence import (
@@ -10,7 +11,7 @@ from companion.experiments.campaign_report.influence import (
     Sensitivity,
 )
 from companion.experiments.campaign_report.levels import Levels, bin_count, levels
-from companion.experiments.campaign_report.read import Campaign, Flights
+from companion.experiments.campaign_report.read import Campaign, Flights, Parameter
 from companion.experiments.campaign_report.statistics import (
     Proportion,
     proportion,
@@ -40,7 +41,7 @@ def summarise(campaign: Campaign, groups: tuple[Group, ...], found: Sensitivity)
     return Summary(
         state=_state(campaign),
         tracked=_tracked(campaign, groups),
-        breaks=_breaks(campaign),
+        breaks=_breaks(campaign, found),
         hurts=_hurts(campaign, found),
     )
 
@@ -93,7 +94,7 @@ def _controller(campaign: Campaign) -> str:
     return str(base.get(CONTROLLER, "all")) if isinstance(base, dict) else "all"
 
 
-def _breaks(campaign: Campaign) -> tuple[str, ...]:
+def _breaks(campaign: Campaign, known: Sensitivity) -> tuple[str, ...]:
     flights = campaign.flights
     lost = int(flights.lost.sum())
     if not len(flights):
@@ -105,7 +106,7 @@ def _breaks(campaign: Campaign) -> tuple[str, ...]:
     found = [f"{lost} of {overall.of} flights were lost, {share_text(overall)}."]
     for name, some in _by_controller(campaign):
         if some.lost.any():
-            found.append(_lost_sentence(campaign, name, some))
+            found.append(_lost_sentence(known, campaign, name, some))
     return tuple(found)
 
 
@@ -117,12 +118,16 @@ def _by_controller(campaign: Campaign) -> list[tuple[str, Flights]]:
     return [(name, flights.take(names == name)) for name in dict.fromkeys(names.tolist())]
 
 
-def _lost_sentence(campaign: Campaign, name: str, flights: Flights) -> str:
+def _lost_sentence(found: Sensitivity, campaign: Campaign, name: str, flights: Flights) -> str:
     lost = int(flights.lost.sum())
     head = f"{name_of(name)}: {lost} of {len(flights)} lost, " if name else "Of these "
-    place = _most_lost(campaign, flights)
+    known = found.of(name or ALL, "lost")
+    if not known:
+        return f"{head}too few to tell where more than elsewhere."
+    seen = [one.parameter for one in known if one.seen]
+    place = _most_lost([p for p in campaign.parameters if p.name in seen], flights)
     if place is None:
-        return f"{head}no more in one part of the plan than in another."
+        return f"{head}no more in one part of the plan than in another that is told from chance."
     cut, level, share = place
     return (
         f"{head}{share.count} of {share.of} at {cut.parameter.name} {cut.labels[level]} "
@@ -131,10 +136,16 @@ def _lost_sentence(campaign: Campaign, name: str, flights: Flights) -> str:
     )
 
 
-def _most_lost(campaign: Campaign, flights: Flights) -> tuple[Levels, int, Proportion] | None:
-    """The level whose share of losses is highest for sure: by the lower end of its interval."""
+def _most_lost(
+    parameters: Sequence[Parameter], flights: Flights
+) -> tuple[Levels, int, Proportion] | None:
+    """The level whose share of losses is highest for sure: by the lower end of its interval.
+
+    The best of many levels says nothing by itself: some level of some parameter always stands out.
+    So the parameters are those alone whose part in the losses is told from chance.
+    """
     best: tuple[Levels, int, Proportion] | None = None
-    for parameter in campaign.parameters:
+    for parameter in parameters:
         cut = levels(parameter, flights, min(_PLACES, bin_count(len(flights))))
         for level in range(cut.count):
             which = cut.codes == level
