@@ -17,7 +17,7 @@ from rich.markup import escape
 
 from companion.config.resolve import shipped_names
 from companion.config.yaml_source import ConfigError
-from companion.experiments.campaign import Job
+from companion.experiments.campaign import CampaignInterruptedError, Job
 from companion.experiments.campaigns.flown_before import check_point, plan_of_folder
 from companion.experiments.campaigns.flying import Order, fly_campaign
 from companion.experiments.campaigns.manifest import MANIFEST
@@ -25,6 +25,7 @@ from companion.experiments.campaigns.one_point import fly_point
 from companion.experiments.campaigns.parcel import Flown, Parcel
 from companion.experiments.campaigns.plan import Plan, load_plan
 from companion.experiments.campaigns.results import RESULTS, Row
+from companion.experiments.campaigns.stopping import stopped_as_by_ctrl_c
 from companion.experiments.flight_store import FAILED, Summary
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.workers import default_jobs, prepare_workers
@@ -67,7 +68,8 @@ def run_campaign_file(
     Raises:
         ConfigError: nothing was flown, since the file or an option can't be used.
         MissingExtraError: a library of an extra is not installed.
-        CampaignInterruptedError: Ctrl-C, or the cluster is gone; the text says how to go on.
+        CampaignInterruptedError: Ctrl-C or SIGTERM, the cluster is gone, or the folder can't be
+            written any more; the text says how to go on.
         FlightLogError: the folder of a point's log can't be used.
         OSError: the folder can't be written.
     """
@@ -101,8 +103,13 @@ def run_campaign_file(
         plan, folder, jobs, _command(request), request.scheduler, request.resume, request.anew
     )
     started = time.perf_counter()
-    with ProgressDisplay(plan.config.name) as display:
-        rows = fly_campaign(order, display, fly, fly_there)
+    try:
+        with stopped_as_by_ctrl_c(), ProgressDisplay(plan.config.name) as display:
+            rows = fly_campaign(order, display, fly, fly_there)
+    except KeyboardInterrupt as error:
+        raise CampaignInterruptedError(
+            f"interrupted before anything was flown; nothing in {folder} has changed."
+        ) from error
     said = _said(plan, rows, folder, time.perf_counter() - started)
     if request.json_output:
         sys.stdout.write(json.dumps(said, ensure_ascii=False, allow_nan=False) + "\n")

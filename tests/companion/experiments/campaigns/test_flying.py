@@ -285,12 +285,17 @@ def test_two_campaigns_do_not_write_to_one_folder(request_of, out):
         run_campaign_file(request_of(), stand_ins.figures)
 
 
-def test_an_interrupt_says_what_is_done_and_how_to_go_on(request_of, out, file, monkeypatch):
+@pytest.mark.parametrize("signal_of", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupt_says_what_is_done_and_how_to_go_on(
+    request_of, out, file, monkeypatch, signal_of
+):
     class Interrupted(campaign.Workers):
         def run(self, items, on_done):
             super().run(items[:2], on_done)
-            raise KeyboardInterrupt
+            assert signal.getsignal(signal_of) is not signal.SIG_DFL  # or it would end the tests
+            signal.raise_signal(signal_of)
 
+    before = signal.getsignal(signal_of)
     monkeypatch.setattr(campaign, "Workers", Interrupted)
 
     with pytest.raises(CampaignInterruptedError) as said:
@@ -301,6 +306,17 @@ def test_an_interrupt_says_what_is_done_and_how_to_go_on(request_of, out, file, 
         f"Go on with: companion campaign {file} --jobs 1 --out {out} --resume"
     )
     assert len(rows_of(out)) == 2
+    assert signal.getsignal(signal_of) is before
+
+
+def test_an_interrupt_before_the_first_flight_leaves_nothing(request_of, out, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(flying, "checked_tasks", interrupted)
+    with pytest.raises(CampaignInterruptedError, match="interrupted before anything was flown"):
+        run_campaign_file(request_of(), stand_ins.figures)
+    assert not out.exists()
 
 
 KILLED = """
