@@ -122,7 +122,7 @@ def test_laws_of_ardupilot_give_the_same_bits(numba, monkeypatch):
     torque_law = compiled(ardupilot.axis_torque, 8, 6, 7, FLOAT, FLOAT, BOOLEAN)
     random = np.random.default_rng(2)
     gains, shape = (4.5, 4.5, 4.5, 10.0, 10.0, 2.0), (19.0, 19.0, 5.0, 0.0, 4.0, 2.0, 0.15)
-    for _ in range(300):
+    for _ in range(2000):
         rate = tuple(random.standard_normal(3).tolist()) if random.integers(2) else (0.0,) * 3
         begin = (gains, shape, attitudes(random), rate, attitudes(random))
         shapes = bool(random.integers(2))

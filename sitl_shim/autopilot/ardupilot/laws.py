@@ -144,7 +144,7 @@ def correction(
     # The target's thrust axis seen from the vehicle; swing there, then twist.
     ax, ay = 2.0 * (ex * ez + ew * ey), 2.0 * (ey * ez - ew * ex)
     az = 1.0 - 2.0 * (ex * ex + ey * ey)
-    sine = math.hypot(ax, ay)
+    sine = math.sqrt(ax * ax + ay * ay)  # compiled and plain differ in their hypot
     tilt = math.atan2(sine, az)
     scale = 1.0 if sine < 1e-9 else tilt / sine
     twist = 2.0 * math.atan2(ez, ew)
