@@ -101,7 +101,7 @@ def _influences(
     campaign: Campaign, group: str, flights: Flights, outcome: str
 ) -> tuple[list[Influence], list[str]]:
     where = "over all flights" if group == ALL else f"for {group}"
-    together = clusters(campaign.parameters, flights)
+    together = clusters(campaign, flights)
     conditions = int(together.max()) + 1 if len(together) else 0
     lost = int(flights.lost.sum())
     if conditions < LEAST_FLIGHTS:

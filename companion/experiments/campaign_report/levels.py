@@ -4,10 +4,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+import yaml
+from numpy.typing import NDArray
 
-from companion.experiments.campaign_report.read import Flights, Parameter
+from companion.experiments.campaign_report.read import Campaign, Flights, Parameter
 from companion.experiments.campaign_report.sensitivity import Codes
 from companion.report.flight_data import Array
 
@@ -80,18 +83,36 @@ def plain_numbers(values: Sequence[float]) -> list[str]:
     return [f"{value:.{decimals}f}".replace("-", "−") for value in values]
 
 
-def clusters(parameters: tuple[Parameter, ...], flights: Flights) -> Codes:
-    """Which flights belong together: those with the same numbers where some are from a range.
+def clusters(campaign: Campaign, flights: Flights) -> Codes:
+    """Which flights belong together: those of one sampled point.
 
-    A campaign that crosses its sample with controllers or seeds flies each point several times.
+    A campaign that crosses its sample with controllers or seeds flies each point several times, as
+    neighbours in its plan.  Where the folder does not say how often, flights belong together that
+    have everything in common but their seed and what was flown at every point.
     """
-    ranges = [p for p in parameters if p.kind == "number" and p.name != SEED]
-    sampled = [p for p in ranges if len(np.unique(flights.values[p.name])) > _AS_THEY_ARE]
-    if not sampled:
-        return np.arange(len(flights.point))
-    rows = np.stack([np.asarray(flights.values[p.name], dtype=float) for p in ranges], axis=1)
+    each = campaign.manifest.said.get("rows_per_point")
+    if isinstance(each, int) and each > 0:
+        return _same((flights.point // each)[:, None])
+    crossed = {SEED, *_crossed(campaign.manifest.said.get("yaml"))}
+    kept = [p for p in campaign.manifest.parameters if p.name not in crossed]
+    if not kept:
+        return np.arange(len(flights))
+    columns = [np.unique(flights.values[p.name], return_inverse=True)[1].ravel() for p in kept]
+    return _same(np.stack(columns, axis=1))
+
+
+def _same(rows: NDArray[Any]) -> Codes:
     found: Codes = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
     return found
+
+
+def _crossed(text: object) -> list[str]:
+    """What a campaign's file says is flown at every point."""
+    try:
+        each = yaml.safe_load(str(text))["each"]
+    except (yaml.YAMLError, TypeError, KeyError):
+        return []
+    return list(each) if isinstance(each, dict) else []
 
 
 def number(value: float, unit: str | None) -> str:

@@ -1,6 +1,7 @@
 """What a campaign's folder says of itself: `campaign.json`."""
 
 import json
+import math
 import os
 import platform
 from dataclasses import asdict, dataclass
@@ -57,6 +58,7 @@ def write_manifest(folder: Path, plan: Plan, command: str) -> None:
         "base": config.base.model_dump(mode="json"),
         "sampling": config.sample.model_dump(mode="json"),
         "flights": len(plan.flights),
+        "rows_per_point": math.prod(map(len, config.each.values())) * (config.seeds or 1),
         "plan": plan.digest,
         "parameters": [_lean(asdict(parameter)) for parameter in plan.parameters],
     }

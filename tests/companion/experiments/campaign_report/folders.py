@@ -71,7 +71,7 @@ def manifest(planned, parameters=PARAMETERS, **changes):
         "name": "robust",
         "says": "How far from nominal may a vehicle be?",
         "file": "configs/campaigns/robust.yaml",
-        "yaml": "name: robust\n",
+        "yaml": "name: robust\neach: {controller: [mpc-l1, pid-l1]}\n",
         "command": "companion campaign configs/campaigns/robust.yaml",
         "version": "0.1.0",
         "commit": "0123abcd",

@@ -1,11 +1,15 @@
 """Where a campaign breaks: named where it does, not where chance has it."""
 
 import numpy as np
+import pytest
 
 from companion.experiments.campaign_report.influence import sensitivity
+from companion.experiments.campaign_report.levels import clusters
 from companion.experiments.campaign_report.read import read_campaign
 from companion.experiments.campaign_report.summary import summarise
 from companion.experiments.campaign_report.tables import groups
+from companion.experiments.campaigns.manifest import read_manifest, write_manifest
+from companion.experiments.campaigns.plan import Parameter, load_plan
 from tests.companion.experiments.campaign_report.folders import (
     DELAY,
     DRAG,
@@ -15,6 +19,7 @@ from tests.companion.experiments.campaign_report.folders import (
     write_campaign,
 )
 
+SEED = Parameter("seed", "number", values=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
 FOUR = (MASS, DELAY, DRAG, WIND)
 
 
@@ -46,3 +51,53 @@ def test_losses_by_pure_chance_have_no_place(tmp_path):
         breaks = summary(tmp_path / str(k), made, FOUR).breaks
         named += "elsewhere." in breaks[1] and "told from chance" not in breaks[1]
     assert named <= 2
+
+
+FEW = (Parameter("plant.mass", "number", values=(0.8, 1.0, 1.2)), WIND, SEED)
+
+
+@pytest.mark.parametrize(
+    "said", [{"rows_per_point": 6}, {"yaml": "name: robust\neach: {wind: [calm, fan]}\n"}]
+)
+def test_flights_of_one_sampled_point_are_not_independent(tmp_path, said):
+    """Forty points, each flown with two winds and three seeds, none of which matters."""
+    made = []
+    for point in range(40):
+        mass = (0.8, 1.0, 1.2)[point % 3] if "rows_per_point" in said else 0.8 + 0.01 * point
+        for wind in ("calm", "fan"):
+            for seed in (1.0, 2.0, 3.0):
+                told = {"plant.mass": mass, "wind": wind, "seed": seed}
+                made.append(row(len(made), told, 0.01, parameters=FEW))
+    campaign = read_campaign(write_campaign(tmp_path, made, None, FEW, **said))
+    found = clusters(campaign, campaign.flights)
+    assert found.tolist() == [k // 6 for k in range(240)]
+
+
+def test_a_sampled_choice_without_effect_is_not_seen_in_points_flown_with_several_seeds(tmp_path):
+    seen = 0
+    for k in range(12):
+        drawn = np.random.default_rng(k)
+        made = []
+        for _ in range(40):
+            mass, wind = float(drawn.choice([0.8, 1.0, 1.2])), str(drawn.choice(["calm", "fan"]))
+            error = 0.01 * float(np.exp(drawn.normal()))
+            for seed in (1.0, 2.0, 3.0, 4.0, 5.0, 6.0):
+                told = {"plant.mass": mass, "wind": wind, "seed": seed}
+                own = error * float(np.exp(0.2 * drawn.normal()))
+                made.append(row(len(made), told, own, parameters=FEW))
+        folder = write_campaign(tmp_path / str(k), made, None, FEW, rows_per_point=6)
+        found = sensitivity(read_campaign(folder)).of("all", "error")
+        seen += any(one.seen for one in found if one.parameter != "seed")
+    assert seen <= 2
+
+
+def test_a_campaigns_folder_says_how_often_each_point_is_flown(tmp_path):
+    text = "name: a\nsample: {method: sobol, points: 4}\nparameters:\n"
+    text += "  plant.mass: {low: 0.8, high: 1.2}\neach: {controller: [mpc-l1, pid-l1]}\nseeds: 3\n"
+    (tmp_path / "a.yaml").write_text(text, encoding="utf-8")
+    plan = load_plan(str(tmp_path / "a.yaml"))
+    write_manifest(tmp_path, plan, "companion campaign a.yaml")
+    manifest = read_manifest(tmp_path)
+    assert manifest.said["rows_per_point"] == 6
+    masses = [flight.values["plant.mass"] for flight in plan.flights]
+    assert masses == [masses[k // 6 * 6] for k in range(24)]
