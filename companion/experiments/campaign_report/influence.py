@@ -16,6 +16,7 @@ from companion.experiments.campaign_report.levels import (
 )
 from companion.experiments.campaign_report.read import Campaign, Flights, Parameter
 from companion.experiments.campaign_report.sensitivity import (
+    RESAMPLES,
     Codes,
     Correlation,
     Share,
@@ -34,6 +35,8 @@ LEAST_OF_A_KIND = 5
 LEAST_A_LEVEL = 2.0
 """Flights a level on average, below which it is the flight rather than the level that is seen."""
 _SEED = 20180
+_A_PARAMETER = 40
+"""Permutations for each parameter: the least p there can be, times the parameters, is 0.025."""
 _CHANCE = 0.05
 _UNKNOWN = Correlation(math.nan, math.nan, math.nan)
 
@@ -119,7 +122,8 @@ def _influences(
         ]
     cuts, remarks = _cuts(campaign.parameters, flights, bin_count(conditions), group)
     figure = flights.lost.astype(float) if outcome == "lost" else flights.mean_error_m
-    found = [_influence(group, outcome, cut, flights, figure, together) for cut in cuts]
+    resamples = max(RESAMPLES, _A_PARAMETER * len(cuts))
+    found = [_influence(group, outcome, cut, flights, figure, together, resamples) for cut in cuts]
     adjusted = _holm([one.share.p for one in found])
     found = [replace(one, p_adjusted=p) for one, p in zip(found, adjusted, strict=True)]
     found.sort(key=lambda one: -_or_zero(one.share.value))
@@ -145,7 +149,13 @@ def _cuts(
 
 
 def _influence(
-    group: str, outcome: str, cut: Levels, flights: Flights, figure: Array, together: Codes
+    group: str,
+    outcome: str,
+    cut: Levels,
+    flights: Flights,
+    figure: Array,
+    together: Codes,
+    resamples: int,
 ) -> Influence:
     name = cut.parameter.name
     words = (_SEED, *(zlib.crc32(word.encode()) for word in (group, outcome, name)))
@@ -164,7 +174,7 @@ def _influence(
         kind="number" if is_number else "choice",
         levels=cut.count,
         flights=len(flights),
-        share=first_order(cut.codes, y, together, share_seed),
+        share=first_order(cut.codes, y, together, share_seed, resamples),
         p_adjusted=math.nan,
         correlation=correlation,
         best=cut.labels[best],

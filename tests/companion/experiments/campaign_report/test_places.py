@@ -101,3 +101,15 @@ def test_a_campaigns_folder_says_how_often_each_point_is_flown(tmp_path):
     assert manifest.said["rows_per_point"] == 6
     masses = [flight.values["plant.mass"] for flight in plan.flights]
     assert masses == [masses[k // 6 * 6] for k in range(24)]
+
+
+def test_what_decides_is_seen_among_many_parameters(tmp_path):
+    many = tuple(Parameter(f"controller.p{k}", "number", low=0.0, high=1.0) for k in range(24))
+    drawn = np.random.default_rng(1)
+    made = []
+    for n in range(60):
+        told = {p.name: float(value) for p, value in zip(many, drawn.random(24), strict=True)}
+        made.append(row(n, told, 0.01 + 0.05 * told["controller.p7"], parameters=many))
+    campaign = read_campaign(write_campaign(tmp_path, made, None, many))
+    found = sensitivity(campaign).of("all", "error")
+    assert [one.parameter for one in found if one.seen] == ["controller.p7"]
