@@ -19,9 +19,9 @@ from companion.experiments.progress import Pace, Progress
 from companion.experiments.workers import Failure, Workers
 
 _DIGEST_LETTERS = 12
-_MOST_AT_ONCE = 1000
-_FEWEST_AT_ONCE = 100
-"""Fewer would lose what flying many at once gains."""
+_AT_ONCE = 500
+"""A vehicle's last digits depend on those it is flown with: the pieces are the plan's, whatever the
+processes and whatever was flown before.  Fewer would lose what flying many at once gains."""
 
 
 def batch_task_of(plan: Plan, flight: PlannedFlight) -> BatchTask:
@@ -85,27 +85,33 @@ def fly_batches(
 ) -> None:
     """Fly what is not known.
 
+    A piece of which anything is missing is flown whole, so that its figures are those that it
+    would always have; what was known stays.
+
     Args:
-        tasks: by key.
+        tasks: by key, in the order of the plan.
         known: figures of what was flown before, by key.
         jobs: how many processes.
         progress: told after each piece, and once before.
         on_flown: told the figures of each flight as they come.
     """
-    missing = [(key, task) for key, task in tasks.items() if key not in known]
-    share = -(-len(missing) // max(1, jobs))
-    size = min(_MOST_AT_ONCE, max(_FEWEST_AT_ONCE, share))
-    pieces = [missing[k : k + size] for k in range(0, len(missing), size)]
-    pace = Pace(len(tasks) - len(missing), len(tasks), progress)
+    every = list(tasks.items())
+    pieces = [
+        piece
+        for piece in (every[k : k + _AT_ONCE] for k in range(0, len(every), _AT_ONCE))
+        if any(key not in known for key, _ in piece)
+    ]
+    pace = Pace(sum(key in known for key in tasks), len(tasks), progress)
     pace.tell()
 
     def on_done(index: int, result: Sequence[Summary] | Failure) -> None:
         piece = pieces[index]
         if isinstance(result, Failure):
             result = [Summary(key, task.flight, FAILED, result.reason) for key, task in piece]
-        for summary in result:
+        missing = [summary for summary in result if summary.key not in known]
+        for summary in missing:
             on_flown(summary)
-        pace.tick(len(piece))
+        pace.tick(len(missing))
 
     if not pieces:
         return

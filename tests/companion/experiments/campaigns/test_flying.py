@@ -15,7 +15,7 @@ from companion.campaign_command import CampaignRequest, run_campaign_file
 from companion.config.yaml_source import ConfigError
 from companion.experiments import campaign
 from companion.experiments.campaign import CampaignInterruptedError
-from companion.experiments.campaigns import cluster, flying
+from companion.experiments.campaigns import batches, cluster, flying
 from companion.experiments.campaigns.folder import owned
 from companion.experiments.campaigns.manifest import MANIFEST
 from companion.experiments.campaigns.results import JOURNAL, RESULTS, Journal, read_journal
@@ -408,6 +408,37 @@ def test_a_batched_campaign_has_the_same_table_and_goes_on(request_of, out, file
     assert [row["key"] for row in rows] == [row["key"] for row in before]
     assert len({row["key"] for row in rows}) == 10
     assert [row["wall_s"] for row in rows[:4]] == [row["wall_s"] for row in before[:4]]
+
+
+def test_a_batched_row_depends_on_neither_the_processes_nor_what_was_flown_before(
+    request_of, out, file, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(batches, "_AT_ONCE", 4)
+    pieces = []
+
+    class Told(batches.Workers):
+        def run(self, items, on_done):
+            pieces.append([[key for key, _ in piece] for piece in items])
+            return super().run(items, on_done)
+
+    monkeypatch.setattr(batches, "Workers", Told)
+    (tmp_path / "way.yaml").write_text("points: [[0, 0, 0, 1], [0.5, 0.1, 0, 1], [1, 0, 0, 1]]\n")
+    Path(file).write_text(BATCHED)
+    run_campaign_file(request_of())
+    before = rows_of(out)
+    lines = (out / JOURNAL).read_text().splitlines(keepends=True)
+    (out / JOURNAL).write_text("".join(lines[:6]))
+
+    run_campaign_file(request_of(resume=True, jobs=2))
+
+    assert [len(piece) for piece in pieces[0]] == [4, 4, 2]
+    assert pieces[1] == pieces[0][1:]
+    rows = rows_of(out)
+    without = [{name: v for name, v in row.items() if name != "wall_s"} for row in rows]
+    assert str(without) == str(
+        [{name: v for name, v in row.items() if name != "wall_s"} for row in before]
+    )
+    assert len((out / JOURNAL).read_text().splitlines()) == 10
 
 
 def test_what_batches_do_not_model_is_refused_before_anything_is_flown(request_of, out, file):
