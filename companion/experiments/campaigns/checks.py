@@ -72,8 +72,6 @@ def _check_sample(config: CampaignConfig, source: Source) -> None:
                     f"{where}: steps belong to a grid; a {config.sample.method} sample spreads its "
                     "points by itself. Remove steps."
                 )
-            if name in LABELS and given.values is None:
-                raise ConfigError(f"{where}: '{name}' needs a list of choices, not a range.")
             continue
         if given.values is None and given.steps is None:
             raise ConfigError(f"{where}: a grid needs to know how many steps. Add steps.")

@@ -2,7 +2,14 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
 from companion.config.base import Section
 
@@ -10,7 +17,39 @@ MOST_FLIGHTS = 1_000_000
 
 Value = str | bool | int | float | dict[str, Any] | None
 """A choice as YAML has it; keys stand for faults, null for none."""
-Values = Annotated[tuple[Value, ...], Field(strict=False, min_length=1)]
+
+
+def _said(sentence: str) -> WrapValidator:
+    """One sentence in the place of one for each kind of value, or of a pattern."""
+
+    def validate(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:  # noqa: ANN401
+        try:
+            return handler(value)
+        except ValidationError as error:
+            raise ValueError(sentence) from error
+
+    return WrapValidator(validate)
+
+
+def _not_empty(values: tuple[Value, ...]) -> tuple[Value, ...]:
+    if not values:
+        raise ValueError("give one value at least")
+    return values
+
+
+_Choice = Annotated[
+    Value, _said("a name, a number, true or false, or keys with values are expected")
+]
+_Setting = Annotated[
+    Value | list[Any],
+    _said("a name, a number, true or false, a list, or keys with values are expected"),
+]
+_Name = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"),
+    _said("letters (a to z), digits, '-', '_' and '.' are expected, a letter or digit first"),
+]
+Values = Annotated[tuple[_Choice, ...], Field(strict=False), AfterValidator(_not_empty)]
 Method = Literal["grid", "latin-hypercube", "sobol"]
 
 
@@ -89,7 +128,7 @@ class BaseConfig(Section):
         description="airborne: the trajectory alone, beginning and ending in the air; whole: from "
         "take-off to landing.",
     )
-    settings: dict[str, Value | list[Any]] = Field(
+    settings: dict[str, _Setting] = Field(
         default={}, description="Keys as --set takes them (controller.mpc.horizon), with values."
     )
 
@@ -97,9 +136,7 @@ class BaseConfig(Section):
 class CampaignConfig(Section):
     """A campaign."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")] = Field(
-        description="Of its folder, too: letters, digits, '-', '_' and '.'."
-    )
+    name: _Name = Field(description="Of its folder, too: letters, digits, '-', '_' and '.'.")
     says: str | None = Field(default=None, description="What it is for; for a person.")
     engine: Literal["flights", "batched"] = Field(
         default="flights",

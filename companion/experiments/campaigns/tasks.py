@@ -10,7 +10,7 @@ from typing import Any
 from companion.config.models import VehicleConfig
 from companion.config.resolve import find_config
 from companion.config.validation import validate
-from companion.config.yaml_source import ConfigError, read_yaml
+from companion.config.yaml_source import ConfigError, parse_yaml, read_yaml
 from companion.experiments.campaigns.models import Value
 from companion.experiments.campaigns.parameters import (
     NAMED,
@@ -83,11 +83,30 @@ def checked_tasks(plan: Plan, folder: Path) -> list[tuple[str, FlightTask]]:
             task = task_of(plan, flight, folder)
             tasks.append((task.key, task))  # the key needs all files read and checked
         except ConfigError as error:
+            line, remedy = _blamed(plan, flight, str(error))
             raise ConfigError(
-                f"{plan.path}: point {flight.point} ({described(flight.values)}) can't be flown: "
-                f"{error}"
+                f"{plan.path}{line}: point {flight.point} ({described(flight.values)}) can't be "
+                f"flown: {error}{remedy}"
             ) from error
     return tasks
+
+
+def _blamed(plan: Plan, flight: PlannedFlight, said: str) -> tuple[str, str]:
+    """The line of the key that a refusal speaks of, as far as it tells, and what to do there."""
+    values: dict[str, Any] = {**plan.config.base.settings, **flight.values}
+    named = [n for n in values if f"--set {n}:" in said or f"--set {n}=" in said]
+    names = named or [n for n, value in flight.values.items() if f"'{label(value)}'" in said]
+    if not names:
+        return "", ""
+    lines = parse_yaml(plan.text, str(plan.path)).lines
+    places = [
+        (*section, names[0]) for section in (("parameters",), ("each",), ("base", "settings"))
+    ]
+    line = next((f", line {lines[place]}" for place in places if place in lines), "")
+    given = plan.config.parameters.get(names[0])
+    broken = given is not None and given.values is None and not given.integer
+    is_whole = broken and "valid integer" in said
+    return line, " Add integer: true to its range." if is_whole else ""
 
 
 def described(values: Mapping[str, Value]) -> str:

@@ -82,6 +82,45 @@ def test_a_point_that_can_not_be_flown_is_named_before_anything_is_flown(written
         checked_tasks(load_plan(written(text)), tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("change", "line", "said"),
+    [
+        ("controller.mpc.horizon: {low: 20, high: 30, steps: 4}", 5, "Add integer: true"),
+        ("controller.mpc.horizn: [30]", 5, "Did you mean 'horizon'"),
+        ("seed: [1]\n  controller: [mpc-l1, none-such]", 6, "none-such"),
+        ("seed: [1]\neach:\n  hover_s: [1, x]", 7, "valid number"),
+    ],
+)
+def test_the_line_of_what_can_not_be_flown_is_told(written, tmp_path, change, line, said):
+    path = written(BASE.replace("wind: [calm, fan]", change))
+
+    with pytest.raises(ConfigError) as refused:
+        checked_tasks(load_plan(path), tmp_path)
+
+    assert str(refused.value).startswith(f"{path}, line {line}: point ")
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            ("wind: [calm, fan]", "wind: [calm, [1, 2]]"),
+            "line 5: 'parameters.wind.values.1': a name, a number, true or false, or keys with",
+        ),
+        (("wind: [calm, fan]", "wind: [2026-01-01]"), "line 5: 'parameters.wind.values.0': a name"),
+        (("name: tried", "name: größe"), "line 1: 'name': letters (a to z), digits"),
+        (("4}", "4, settings: {hover_s: 2026-01-01}}"), "'base.settings.hover_s': a name, a nu"),
+    ],
+)
+def test_a_value_of_no_kind_is_told_in_one_line(written, change, said):
+    with pytest.raises(ConfigError) as refused:
+        load_plan(written(BASE.replace(*change)))
+
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
 def test_an_unknown_name_lists_the_shipped_campaigns():
     with pytest.raises(ConfigError, match="brief, grid, map, robustness"):
         load_plan("no-such")
