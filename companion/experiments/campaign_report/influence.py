@@ -177,9 +177,9 @@ def _influence(
         share=first_order(cut.codes, y, together, share_seed, resamples),
         p_adjusted=math.nan,
         correlation=correlation,
-        best=cut.labels[best],
+        best=_told(cut, of_level, best),
         best_value=float(of_level[best]),
-        worst=cut.labels[worst],
+        worst=_told(cut, of_level, worst),
         worst_value=float(of_level[worst]),
     )
 
@@ -187,6 +187,18 @@ def _influence(
 def level_values(cut: Levels, figure: Array, by: Callable[[Array], float]) -> Array:
     """A figure at each level, (levels,)."""
     return np.array([by(figure[cut.codes == level]) for level in range(cut.count)])
+
+
+def _told(cut: Levels, of_level: Array, place: int) -> str:
+    """A level, with those beside it that are as good or as bad where it is a number's."""
+    if cut.values is None and cut.edges is None:
+        return cut.labels[place]
+    first = last = place
+    while first > 0 and of_level[first - 1] == of_level[place]:
+        first -= 1
+    while last < cut.count - 1 and of_level[last + 1] == of_level[place]:
+        last += 1
+    return cut.span(first, last) if last - first + 1 < cut.count else "any"
 
 
 def _median(values: Array) -> float:

@@ -41,6 +41,23 @@ class Levels:
         """How many."""
         return len(self.labels)
 
+    def span(self, first: int, last: int) -> str:
+        """Neighbouring levels of a number as one, both ends included; for a person."""
+        if first == last:
+            return self.labels[first]
+        if self.values is not None:
+            low, high = self.labels[first], self.labels[last]
+            over, under = f"{low} or more", f"{high} or less"
+        else:
+            assert self.edges is not None
+            told = plain_numbers(self.edges)
+            unit = f"\u00a0{self.parameter.unit}" if self.parameter.unit else ""
+            low, high = told[first], f"{told[last + 1]}{unit}"
+            over, under = f"more than {low}{unit}", f"less than {high}"
+        if last == self.count - 1:
+            return over
+        return under if first == 0 else f"{low} … {high}"
+
 
 def bin_count(independent: int) -> int:
     """How many bins that many independent flights bear: with the square root, within bounds."""

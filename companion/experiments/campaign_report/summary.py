@@ -1,7 +1,7 @@
 """The report's first words: did it track, where does it break, what hurts most."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from companion.experiments.campaign_report.influence import (
@@ -128,32 +128,40 @@ def _lost_sentence(found: Sensitivity, campaign: Campaign, name: str, flights: F
     place = _most_lost([p for p in campaign.parameters if p.name in seen], flights)
     if place is None:
         return f"{head}no more in one part of the plan than in another that is told from chance."
-    cut, level, share = place
+    where, share = place
     return (
-        f"{head}{share.count} of {share.of} at {cut.parameter.name} {cut.labels[level]} "
+        f"{head}{share.count} of {share.of} at {where} "
         f"({_points(share.low)} … {_points(share.high)} %), {lost - share.count} of "
         f"{len(flights) - share.of} elsewhere."
     )
 
 
-def _most_lost(
-    parameters: Sequence[Parameter], flights: Flights
-) -> tuple[Levels, int, Proportion] | None:
-    """The level whose share of losses is highest for sure: by the lower end of its interval.
+def _most_lost(parameters: Sequence[Parameter], flights: Flights) -> tuple[str, Proportion] | None:
+    """Where the share of losses is highest for sure: by the lower end of its interval.
 
-    The best of many levels says nothing by itself: some level of some parameter always stands out.
-    So the parameters are those alone whose part in the losses is told from chance.
+    A place is a level, or neighbouring levels of a number.  The best of many says nothing by
+    itself: some level of some parameter always stands out.  So the parameters are those alone whose
+    part in the losses is told from chance.
     """
-    best: tuple[Levels, int, Proportion] | None = None
+    best: tuple[str, Proportion] | None = None
     for parameter in parameters:
         cut = levels(parameter, flights, min(_PLACES, bin_count(len(flights))))
-        for level in range(cut.count):
-            which = cut.codes == level
+        for first, last in _places(cut):
+            which = (first <= cut.codes) & (cut.codes <= last)
             share = proportion(int(flights.lost[which].sum()), int(which.sum()))
-            if share.of >= _LEAST_IN_A_PLACE and (best is None or share.low > best[2].low):
-                best = cut, level, share
+            if share.of >= _LEAST_IN_A_PLACE and (best is None or share.low > best[1].low):
+                best = f"{parameter.name} {cut.span(first, last)}", share
     overall = float(flights.lost.mean())
-    return best if best is not None and best[2].low > overall else None
+    return best if best is not None and best[1].low > overall else None
+
+
+def _places(cut: Levels) -> Iterator[tuple[int, int]]:
+    """First and last level of each."""
+    is_number = cut.edges is not None or cut.values is not None
+    for first in range(cut.count):
+        for last in range(first, cut.count if is_number else first + 1):
+            if last - first + 1 < cut.count:
+                yield first, last
 
 
 def _hurts(campaign: Campaign, found: Sensitivity) -> tuple[str, ...]:

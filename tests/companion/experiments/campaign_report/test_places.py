@@ -113,3 +113,23 @@ def test_what_decides_is_seen_among_many_parameters(tmp_path):
     campaign = read_campaign(write_campaign(tmp_path, made, None, many))
     found = sensitivity(campaign).of("all", "error")
     assert [one.parameter for one in found if one.seen] == ["controller.p7"]
+
+
+@pytest.mark.parametrize("steps", [None, 11])
+def test_neighbouring_values_at_which_all_is_lost_are_one_place(tmp_path, steps):
+    """Every flight above 70 ms is lost: from a range, and from a list."""
+    drawn, made = np.random.default_rng(3), []
+    for n in range(300):
+        told = values(drawn)
+        if steps is not None:
+            told["plant.delay_s"] = 0.01 * int(drawn.integers(0, steps))
+        lost = told["plant.delay_s"] > 0.0695
+        made.append(row(n, told, 0.01 * (1.0 + drawn.random()), lost=lost, parameters=FOUR))
+    folder = write_campaign(tmp_path, made, None, FOUR)
+    campaign = read_campaign(folder)
+    found = sensitivity(campaign)
+    place = "0.07\u00a0s or more" if steps else "more than 0.074\u00a0s"
+    assert f"at plant.delay_s {place} (" in summarise(campaign, groups(campaign), found).breaks[1]
+    worst = {one.outcome: one.worst for one in found.influences if one.parameter == DELAY.name}
+    in_bins = {"error": "more than 0.066\u00a0s", "lost": "more than 0.079\u00a0s"}
+    assert worst == (dict.fromkeys(in_bins, place) if steps else in_bins)
