@@ -3,15 +3,21 @@
 import errno
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from companion.config.yaml_source import ConfigError
 from companion.experiments.campaign import CampaignInterruptedError, Crew, Job, run_campaign
 from companion.experiments.campaigns.cluster import ClusterLostError, DaskCrew
-from companion.experiments.campaigns.folder import PLANTS, owned, rows_before, set_aside
+from companion.experiments.campaigns.folder import (
+    PLANTS,
+    owned,
+    refuse_others,
+    rows_before,
+    set_aside,
+)
 from companion.experiments.campaigns.manifest import write_manifest
 from companion.experiments.campaigns.parcel import Flown, Parcel
 from companion.experiments.campaigns.plan import Plan, PlannedFlight
@@ -88,19 +94,26 @@ def fly_campaign(
             for row in before
             if row["key"] in by_key
         }
+        others = {row["key"] for row in before}.difference(by_key)
+        if others and not order.anew:
+            refuse_others(folder, len(others))
         if len(known) < len(by_key):
             # Nothing in the folder is touched before it is known that anything can be flown.
             stack.enter_context(engine.ready)
-        others = {row["key"] for row in before}.difference(by_key)
-        kept = set_aside(folder, before, others, anew=order.anew)
-        if kept is not None:
-            display.say(
-                f"{len(others)} flights in {folder} were flown by other code or with other files, "
-                f"and are flown again; {kept} has the campaign as it was."
-            )
-        write_manifest(folder, plan, order.command)
         rows = [row for key, s in known.items() for row in _rows(plan, by_key[key][0], s)]
-        journal = stack.enter_context(Journal(folder))
+        there = {row["point"] for row in before if row["key"] in by_key}
+        with _telling_where(folder):
+            if others:
+                kept = set_aside(folder, before, others)
+                display.say(
+                    f"{len(others)} flights in {folder} were flown by other code or with other "
+                    f"files, and are flown again; {kept} has the campaign as it was."
+                )
+            write_manifest(folder, plan, order.command)
+            journal = stack.enter_context(Journal(folder))
+            for row in rows:
+                if row["point"] not in there:  # another point of the same flight
+                    journal.add(row)
         keeper = _Keeper(plan, folder, journal, rows, display)
         try:
             engine.fly(known, lambda s: keeper.take(_rows(plan, by_key[s.key][0], s)))
@@ -112,6 +125,21 @@ def fly_campaign(
                 f"{folder}. {_remedy(error)}: {order.command} --resume"
             ) from error
         return keeper.in_order()
+
+
+@contextmanager
+def _telling_where(folder: Path) -> Iterator[None]:
+    """Let what the system says of a full disk name the folder, which it does not by itself.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        raise OSError(error.errno, error.strerror, str(folder)) from error
 
 
 def _why(error: BaseException, folder: Path) -> str:

@@ -115,33 +115,40 @@ def rows_before(folder: Path, plan: Plan, *, resume: bool) -> list[Row]:
     return rows
 
 
-def set_aside(folder: Path, rows: list[Row], others: Set[str], *, anew: bool) -> Path | None:
+def refuse_others(folder: Path, count: int) -> None:
+    """Refuse to go on where other code flew, or with other files.
+
+    Args:
+        folder: of the campaign.
+        count: how many flights nothing of the plan has any more.
+
+    Raises:
+        ConfigError: always, with what to do.
+    """
+    manifest = read_manifest(folder)
+    said = manifest.said if manifest is not None else {}
+    raise ConfigError(
+        f"{folder}: {count} flights were flown by other code or with other files (version "
+        f"{said.get('version')}, commit {said.get('commit')}). Go on with that version and those "
+        "files, give another folder with --out, or fly them again with --resume --anew, which "
+        "keeps the old rows beside the new ones."
+    )
+
+
+def set_aside(folder: Path, rows: list[Row], others: Set[str]) -> Path:
     """Make room for flights that other code flew, or that had other files; their rows are kept.
 
     Args:
         folder: of the campaign.
         rows: that are there.
         others: keys of those that nothing of the plan has any more.
-        anew: whether they are to be flown again.
 
     Returns:
-        Where the campaign is kept as it was; None: there was nothing to be set aside.
+        Where the campaign is kept as it was.
 
     Raises:
-        ConfigError: there are some, and they are not to be flown again.
-        OSError: they can't be kept.
+        OSError: it can't be kept.
     """
-    if not others:
-        return None
-    if not anew:
-        manifest = read_manifest(folder)
-        said = manifest.said if manifest is not None else {}
-        raise ConfigError(
-            f"{folder}: {len(others)} flights were flown by other code or with other files "
-            f"(version {said.get('version')}, commit {said.get('commit')}). Go on with that "
-            "version and those files, give another folder with --out, or fly them again with "
-            "--resume --anew, which keeps the old rows beside the new ones."
-        )
     number = 1
     while (kept := folder / f"before-{number}").exists():
         number += 1

@@ -264,6 +264,28 @@ def test_a_table_that_can_not_be_written_now_stops_no_campaign(
     assert capsys.readouterr().err.count("can't be written (No space left on device)") == 1
 
 
+def test_a_disk_that_is_full_from_the_start_is_told_with_the_folder(request_of, out, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(flying, "write_manifest", full)
+    with pytest.raises(OSError, match=f"No space left on device: '{out}'"):
+        run_campaign_file(request_of(), stand_ins.figures)
+
+
+def test_a_flight_of_two_points_has_two_rows_in_the_journal_though_one_was_torn(
+    request_of, out, file
+):
+    Path(file).write_text(SEEDS.replace("[1, 2, 3, 4, 5, 6]", "[1, 1]"))
+    run_campaign_file(request_of(), stand_ins.figures)
+    (out / JOURNAL).write_text((out / JOURNAL).read_text().splitlines(keepends=True)[0])
+
+    run_campaign_file(request_of(resume=True), stand_ins.figures)
+
+    assert [row["point"] for row in read_journal(out)] == [0, 1]
+    assert attempts(out, 1) == 1
+
+
 @pytest.mark.parametrize("is_file", [False, True])
 def test_a_refusal_leaves_no_folder_behind(request_of, out, file, is_file):
     if is_file:
