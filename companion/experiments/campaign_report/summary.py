@@ -21,6 +21,7 @@ from companion.experiments.pages.style import name_of, percent
 
 _MM = 1e3
 _LEAST_IN_A_PLACE = 5
+_ALL_LOST = "all {} flights were lost. Fly milder conditions to see where it begins."
 _PLACES = 8
 """Bins of a number, where losses are looked for."""
 
@@ -103,6 +104,8 @@ def _breaks(campaign: Campaign, known: Sensitivity) -> tuple[str, ...]:
     if not lost:
         none = f"Nothing broke: none of {overall.of} flights was lost, "
         return (none + f"so the true share is at most {percent(overall.high)} (at 95 %).",)
+    if lost == overall.of:
+        return (f"Everywhere: {_ALL_LOST.format(lost)}",)
     found = [f"{lost} of {overall.of} flights were lost, {share_text(overall)}."]
     for name, some in _by_controller(campaign):
         if some.lost.any():
@@ -121,6 +124,8 @@ def _by_controller(campaign: Campaign) -> list[tuple[str, Flights]]:
 def _lost_sentence(found: Sensitivity, campaign: Campaign, name: str, flights: Flights) -> str:
     lost = int(flights.lost.sum())
     head = f"{name_of(name)}: {lost} of {len(flights)} lost, " if name else "Of these "
+    if lost == len(flights):
+        return f"{name_of(name)}: {_ALL_LOST.format(lost)}"
     known = found.of(name or ALL, "lost")
     if not known:
         return f"{head}too few to tell where more than elsewhere."
@@ -166,12 +171,17 @@ def _places(cut: Levels) -> Iterator[tuple[int, int]]:
 
 def _hurts(campaign: Campaign, found: Sensitivity) -> tuple[str, ...]:
     said = []
+    apart = dict(_by_controller(campaign))
     for group in found.groups:
+        head = "All flights" if group == ALL else name_of(group)
+        flights = campaign.flights if group == ALL else apart[group]
+        if len(flights) and flights.lost.all():
+            said.append(f"{head}: nothing can be told, all were lost.")
+            continue
         seen = [one for one in found.of(group, "error") if one.seen]
         known = found.of(group, "error")
         if not known:
             continue
-        head = "All flights" if group == ALL else name_of(group)
         told = _ranking(seen) if seen else "no parameter is told from chance"
         said.append(f"{head}: {told}.")
     if not said:

@@ -11,6 +11,7 @@ from companion.experiments.campaign_report.tables import groups
 from companion.experiments.campaigns.manifest import read_manifest, write_manifest
 from companion.experiments.campaigns.plan import Parameter, load_plan
 from tests.companion.experiments.campaign_report.folders import (
+    CONTROLLER,
     DELAY,
     DRAG,
     MASS,
@@ -133,3 +134,21 @@ def test_neighbouring_values_at_which_all_is_lost_are_one_place(tmp_path, steps)
     worst = {one.outcome: one.worst for one in found.influences if one.parameter == DELAY.name}
     in_bins = {"error": "more than 0.066\u00a0s", "lost": "more than 0.079\u00a0s"}
     assert worst == (dict.fromkeys(in_bins, place) if steps else in_bins)
+
+
+def test_where_all_is_lost_milder_conditions_are_asked_for(tmp_path):
+    drawn = np.random.default_rng(4)
+    made = [row(n, values(drawn), 0.01, lost=True, parameters=FOUR) for n in range(60)]
+    said = summary(tmp_path / "all", made, FOUR)
+    told = "all 60 flights were lost. Fly milder conditions to see where it begins."
+    assert said.breaks == (f"Everywhere: {told}",)
+    assert said.hurts[0] == "All flights: nothing can be told, all were lost."
+
+    five, made = (*FOUR, CONTROLLER), []
+    for n in range(80):
+        told = {**values(drawn), "controller": CONTROLLER.values[n % 2]}
+        made.append(row(n, told, 0.01, lost=bool(n % 2), parameters=five))
+    said = summary(tmp_path / "one", made, five, rows_per_point=1)
+    told = "PID-L1: all 40 flights were lost. Fly milder conditions to see where it begins."
+    assert said.breaks[1:] == (told,)
+    assert "PID-L1: nothing can be told, all were lost." in said.hurts
