@@ -49,6 +49,8 @@ class Link(Protocol):
     to be missing (UDP)."""
     datagrams: bool
     """True if `on_bytes` is given whole datagrams: no packet goes on in the next one."""
+    speaks_first: bool
+    """True if who is at the other end may be waiting to be spoken to."""
 
     async def open(self) -> None:
         """Make the link ready.

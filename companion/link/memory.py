@@ -21,6 +21,7 @@ class MemoryLink:
         self.on_change: OnChange | None = None
         self.down_because = ""
         self.datagrams = True
+        self.speaks_first = False
         self.description = description
         self._deliver = deliver
         self._time: Callable[[], float] | None = None

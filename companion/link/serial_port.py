@@ -41,6 +41,7 @@ class SerialLink:
         self.on_change: OnChange | None = None
         self.down_because = "not opened yet"
         self.datagrams = False
+        self.speaks_first = True  # a USB port of PX4 waits for heartbeats before it talks MAVLink
         bytes_per_s = url.port / _BITS_PER_BYTE
         self._congestion = Congestion(max(_SMALLEST_LIMIT, round(bytes_per_s * _MOST_WAITING_S)))
         self._port: serial.Serial | None = None

@@ -38,6 +38,7 @@ class _TcpLink:
         self.on_change: OnChange | None = None
         self.down_because = "not connected yet"
         self.datagrams = False
+        self.speaks_first = False
         self._stream: TcpStream | None = None
         self._tasks: list[asyncio.Task[None]] = []
 

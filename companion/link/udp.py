@@ -50,6 +50,7 @@ class UdpLink:
         self.on_change: OnChange | None = None
         self.down_because = ""
         self.datagrams = True
+        self.speaks_first = url.scheme == "udpout"
         self.peer: Address | None = None
         """Who the peer is; None while `udpin` waits for it."""
         self.local: Address | None = None

@@ -211,9 +211,10 @@ class SetpointStream:
                 # A stall of our own is no silence: what came meanwhile is looked at first.
                 if self.running and now_s - due_s < _LATE_S:
                     self._look(now_s)
-            except BaseException as error:
-                failed.set_exception(error)
-                raise
+            except Exception as error:
+                if not failed.done():
+                    failed.set_exception(error)
+                return
             timer = set_timer()
 
         def set_timer() -> asyncio.TimerHandle:

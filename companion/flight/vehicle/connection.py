@@ -151,7 +151,7 @@ class Connection:
         self._boot = BootWatch()
         self._link = link
         self._log = log
-        self._packer = Packer(1, signer=None if signing is None else signing.signer)
+        self._packer = Packer(system_id or 1, signer=None if signing is None else signing.signer)
         self._heartbeat_due_s = -math.inf
         self._text_id = 0
         self._time = loop_time
@@ -330,6 +330,9 @@ class Connection:
                     )
                     return
                 self._keep_up(now)
+            elif self._link.speaks_first and now >= self._heartbeat_due_s:
+                self._heartbeat_due_s = now + _HEARTBEAT_S
+                self.send(heartbeat(self.health.say()))
             await asyncio.sleep(_HOUSEKEEPING_S)
 
     def _keep_up(self, now_s: float) -> None:
