@@ -10,11 +10,12 @@ from companion.experiments.campaign_report.influence import (
     Influence,
     Sensitivity,
 )
-from companion.experiments.campaign_report.levels import Levels, bin_count, levels
+from companion.experiments.campaign_report.levels import Levels, bin_count, clusters, levels
 from companion.experiments.campaign_report.read import Campaign, Flights, Parameter
+from companion.experiments.campaign_report.sensitivity import Codes
 from companion.experiments.campaign_report.statistics import (
     Proportion,
-    proportion,
+    clustered,
 )
 from companion.experiments.campaign_report.tables import Group
 from companion.experiments.pages.style import name_of, percent
@@ -74,7 +75,7 @@ def _tracked(campaign: Campaign, groups: tuple[Group, ...]) -> tuple[str, ...]:
 
 def _tracked_sentence(campaign: Campaign, group: Group) -> str:
     name = group.values[0] if group.values else _controller(campaign)
-    kept = proportion(group.flights - group.lost.count, group.flights)
+    kept = group.lost.rest
     text = (
         f"{name_of(name)}: {kept.count} of {kept.of} flights tracked to the end, {share_text(kept)}"
     )
@@ -100,7 +101,7 @@ def _breaks(campaign: Campaign, known: Sensitivity) -> tuple[str, ...]:
     lost = int(flights.lost.sum())
     if not len(flights):
         return ()
-    overall = proportion(lost, len(flights))
+    overall = clustered(flights.lost, clusters(campaign, flights))
     if not lost:
         none = f"Nothing broke: none of {overall.of} flights was lost, "
         return (none + f"so the true share is at most {percent(overall.high)} (at 95 %).",)
@@ -130,7 +131,8 @@ def _lost_sentence(found: Sensitivity, campaign: Campaign, name: str, flights: F
     if not known:
         return f"{head}too few to tell where more than elsewhere."
     seen = [one.parameter for one in known if one.seen]
-    place = _most_lost([p for p in campaign.parameters if p.name in seen], flights)
+    together = clusters(campaign, flights)
+    place = _most_lost([p for p in campaign.parameters if p.name in seen], flights, together)
     if place is None:
         return f"{head}no more in one part of the plan than in another that is told from chance."
     where, share = place
@@ -141,7 +143,9 @@ def _lost_sentence(found: Sensitivity, campaign: Campaign, name: str, flights: F
     )
 
 
-def _most_lost(parameters: Sequence[Parameter], flights: Flights) -> tuple[str, Proportion] | None:
+def _most_lost(
+    parameters: Sequence[Parameter], flights: Flights, together: Codes
+) -> tuple[str, Proportion] | None:
     """Where the share of losses is highest for sure: by the lower end of its interval.
 
     A place is a level, or neighbouring levels of a number.  The best of many says nothing by
@@ -153,7 +157,7 @@ def _most_lost(parameters: Sequence[Parameter], flights: Flights) -> tuple[str, 
         cut = levels(parameter, flights, min(_PLACES, bin_count(len(flights))))
         for first, last in _places(cut):
             which = (first <= cut.codes) & (cut.codes <= last)
-            share = proportion(int(flights.lost[which].sum()), int(which.sum()))
+            share = clustered(flights.lost[which], together[which])
             if share.of >= _LEAST_IN_A_PLACE and (best is None or share.low > best[1].low):
                 best = f"{parameter.name} {cut.span(first, last)}", share
     overall = float(flights.lost.mean())

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from companion.experiments.campaign_report.levels import number
+from companion.experiments.campaign_report.levels import clusters, number
 from companion.experiments.campaign_report.read import Campaign, Flights
 from companion.experiments.campaign_report.statistics import (
     Distribution,
     Proportion,
+    clustered,
     distribution,
-    proportion,
 )
 
 GROUPED_BY = ("controller", "wind", "trajectory")
@@ -83,7 +83,7 @@ def groups(campaign: Campaign) -> tuple[Group, ...]:
 def _grouped(campaign: Campaign, by: tuple[str, ...]) -> list[Group]:
     flights = campaign.flights
     if not by:
-        return [_group((), (), flights)]
+        return [_group(campaign, (), (), flights)]
     columns = [flights.values[name] for name in by]
     rows = list(zip(*(column.tolist() for column in columns), strict=True))
     given = {p.name: [str(v) for v in p.values or ()] for p in campaign.parameters}
@@ -95,7 +95,8 @@ def _grouped(campaign: Campaign, by: tuple[str, ...]) -> list[Group]:
         which = np.ones(len(flights), dtype=bool)
         for column, value in zip(columns, values, strict=True):
             which &= column == value
-        found.append(_group(by, tuple(str(value) for value in values), flights.take(which)))
+        told = tuple(str(value) for value in values)
+        found.append(_group(campaign, by, told, flights.take(which)))
     return found
 
 
@@ -104,13 +105,15 @@ def _place(order: Sequence[str], value: object) -> tuple[int, str]:
     return (order.index(text) if text in order else len(order), text)
 
 
-def _group(by: tuple[str, ...], values: tuple[str, ...], flights: Flights) -> Group:
+def _group(
+    campaign: Campaign, by: tuple[str, ...], values: tuple[str, ...], flights: Flights
+) -> Group:
     return Group(
         by=by,
         values=values,
         flights=len(flights),
         outcomes=dict(sorted(Counter(flights.outcome.tolist()).items())),
-        lost=proportion(int(flights.lost.sum()), len(flights)),
+        lost=clustered(flights.lost, clusters(campaign, flights)),
         mean_error=distribution(flights.mean_error_m),
         max_error=distribution(flights.max_error_m),
     )

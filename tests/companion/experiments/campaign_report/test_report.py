@@ -134,8 +134,7 @@ def test_a_terminal_of_80_columns_shows_all_but_commands_whole(told):
 def test_the_worst_flights_come_with_the_command_that_flies_them(told, folder):
     worst = max(told[0].worst, key=lambda case: case.mean_error_m)
     assert worst.command == (
-        f"companion campaign {folder} --point {worst.point} "
-        f"--out {folder}/again/{worst.point}"
+        f"companion campaign {folder} --point {worst.point} --out {folder}/again/{worst.point}"
     )
 
 
