@@ -22,7 +22,7 @@ from companion.experiments.pages.style import name_of, percent
 
 _MM = 1e3
 _LEAST_IN_A_PLACE = 5
-_ALL_LOST = "all {} flights were lost. Fly milder conditions to see where it begins."
+_ALL_LOST = "all {} were lost. Fly milder conditions to see where it begins."
 _PLACES = 8
 """Bins of a number, where losses are looked for."""
 
@@ -76,9 +76,7 @@ def _tracked(campaign: Campaign, groups: tuple[Group, ...]) -> tuple[str, ...]:
 def _tracked_sentence(campaign: Campaign, group: Group) -> str:
     name = group.values[0] if group.values else _controller(campaign)
     kept = group.lost.rest
-    text = (
-        f"{name_of(name)}: {kept.count} of {kept.of} flights tracked to the end, {share_text(kept)}"
-    )
+    text = f"{name_of(name)}: {kept.count} of {_flights(kept.of)} tracked to the end, {share_text(kept)}"
     error = group.mean_error
     if not kept.count:
         return text + "."
@@ -103,11 +101,13 @@ def _breaks(campaign: Campaign, known: Sensitivity) -> tuple[str, ...]:
         return ()
     overall = clustered(flights.lost, clusters(campaign, flights))
     if not lost:
-        none = f"Nothing broke: none of {overall.of} flights was lost, "
+        none = f"Nothing broke: none of {_flights(overall.of)} was lost, "
         return (none + f"so the true share is at most {percent(overall.high)} (at 95 %).",)
+    if lost == overall.of == 1:
+        return ("The one flight was lost. Fly milder conditions to see where it begins.",)
     if lost == overall.of:
-        return (f"Everywhere: {_ALL_LOST.format(lost)}",)
-    found = [f"{lost} of {overall.of} flights were lost, {share_text(overall)}."]
+        return (f"Everywhere: {_ALL_LOST.format(_flights(lost))}",)
+    found = [f"{lost} of {_flights(overall.of)} were lost, {share_text(overall)}."]
     for name, some in _by_controller(campaign):
         if some.lost.any():
             found.append(_lost_sentence(known, campaign, name, some))
@@ -126,7 +126,7 @@ def _lost_sentence(found: Sensitivity, campaign: Campaign, name: str, flights: F
     lost = int(flights.lost.sum())
     head = f"{name_of(name)}: {lost} of {len(flights)} lost, " if name else "Of these "
     if lost == len(flights):
-        return f"{name_of(name)}: {_ALL_LOST.format(lost)}"
+        return f"{name_of(name)}: {_ALL_LOST.format(_flights(lost))}"
     known = found.of(name or ALL, "lost")
     if not known:
         return f"{head}too few to tell where more than elsewhere."
@@ -202,6 +202,10 @@ def _ranking(seen: list[Influence]) -> str:
     if rest:
         text += "; then " + ", ".join(f"{one.parameter} {index_text(one)}" for one in rest[:3])
     return text
+
+
+def _flights(count: int) -> str:
+    return f"{count} flight" if count == 1 else f"{count} flights"
 
 
 def index_text(one: Influence) -> str:

@@ -82,5 +82,6 @@ def _again(title: str, cases: Sequence[Case]) -> list[Text]:
     for case in cases[:_MOST_CASES]:
         told = case.note.partition("\n")[0] if case.lost else mm(case.mean_error_m)
         where = ", ".join(f"{name} {value}" for name, value in case.told.items())
-        said += [Text(f"point {case.point}: {told} at {where}"), Text(f"  {case.command}", "dim")]
+        at = f" at {where}" if where else ""
+        said += [Text(f"point {case.point}: {told}{at}"), Text(f"  {case.command}", "dim")]
     return said

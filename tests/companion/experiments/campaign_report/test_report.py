@@ -196,7 +196,16 @@ def test_one_lost_flight_alone_has_a_report(tmp_path, capsys):
     made = [one for one in rows() if one["outcome"] == "aborted"][:1]
     run_report(ReportRequest(write_campaign(tmp_path, made, planned=1)))
     said = capsys.readouterr().out
-    assert "0 of 1 flights tracked" in said
+    assert "0 of 1 flight tracked" in said
+    assert "The one flight was lost." in said
+
+
+def test_one_flight_of_which_nothing_varies_is_told_without_an_empty_place(tmp_path, capsys):
+    run_report(ReportRequest(write_campaign(tmp_path, rows()[:1])))
+    lines = capsys.readouterr().out.splitlines()
+    assert any("1 of 1 flight tracked" in line for line in lines)
+    (point,) = (line for line in lines if line.startswith("point 0"))
+    assert point.rstrip().endswith(" mm")
 
 
 def _other_parquet(folder):
