@@ -76,7 +76,8 @@ def _tracked(campaign: Campaign, groups: tuple[Group, ...]) -> tuple[str, ...]:
 def _tracked_sentence(campaign: Campaign, group: Group) -> str:
     name = group.values[0] if group.values else _controller(campaign)
     kept = group.lost.rest
-    text = f"{name_of(name)}: {kept.count} of {_flights(kept.of)} tracked to the end, {share_text(kept)}"
+    counted = f"{kept.count} of {_flights(kept.of)} tracked to the end"
+    text = f"{name_of(name)}: {counted}, {share_text(kept)}"
     error = group.mean_error
     if not kept.count:
         return text + "."

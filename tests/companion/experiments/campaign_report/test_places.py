@@ -6,6 +6,7 @@ import pytest
 from companion.experiments.campaign_report.influence import sensitivity
 from companion.experiments.campaign_report.levels import clusters
 from companion.experiments.campaign_report.read import read_campaign
+from companion.experiments.campaign_report.statistics import proportion
 from companion.experiments.campaign_report.summary import summarise
 from companion.experiments.campaign_report.tables import groups
 from companion.experiments.campaigns.manifest import read_manifest, write_manifest
@@ -152,3 +153,15 @@ def test_where_all_is_lost_milder_conditions_are_asked_for(tmp_path):
     told = "PID-L1: all 40 flights were lost. Fly milder conditions to see where it begins."
     assert said.breaks[1:] == (told,)
     assert "PID-L1: nothing can be told, all were lost." in said.hurts
+
+
+def test_shares_of_flights_that_share_their_fate_have_the_intervals_of_their_points(tmp_path):
+    made = []
+    for n in range(80):
+        told = {**values(np.random.default_rng(n // 2)), "controller": CONTROLLER.values[n % 2]}
+        made.append(row(n, told, 0.01, lost=n // 2 % 4 == 0, parameters=(*FOUR, CONTROLLER)))
+    folder = write_campaign(tmp_path, made, None, (*FOUR, CONTROLLER), rows_per_point=2)
+    first = groups(read_campaign(folder))[0].lost
+    assert (first.count, first.of) == (20, 80)
+    alone = proportion(10, 40)
+    assert (first.low, first.high) == pytest.approx((alone.low, alone.high), abs=0.003)
