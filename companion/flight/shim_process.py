@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import os
+import signal
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -64,9 +65,7 @@ class ShimProcess:
     async def end(self) -> None:
         """End the process and wait for it."""
         self._ending = True
-        if self._process.returncode is None:
-            with contextlib.suppress(ProcessLookupError):
-                self._process.terminate()
+        _signal(self._process, signal.SIGTERM)
         await self._process.wait()
         for task in self._tasks:
             task.cancel()
@@ -131,11 +130,21 @@ async def start_shim(options: ShimOptions, companion_port: int) -> ShimProcess:
     try:
         await _until_ready(process)
     except BaseException:
-        with contextlib.suppress(ProcessLookupError):
-            process.kill()
+        _signal(process, signal.SIGKILL)
         await process.wait()
         raise
     return ShimProcess(process)
+
+
+def _signal(process: asyncio.subprocess.Process, number: signal.Signals) -> None:
+    """Send a signal to a process that may have ended by itself.
+
+    Popen would look at it first, and take the status of one that has just ended away from asyncio's
+    watcher, which then tells of an unknown child and of the status 255.
+    """
+    if process.returncode is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process.pid, number)
 
 
 def _environment(options: ShimOptions) -> dict[str, str]:
