@@ -14,7 +14,7 @@ from typing import Any
 from mcap.records import Channel, Header, Metadata, Schema
 
 from companion.recording.append_file import AppendFile
-from companion.recording.json_record import RecordEncoder
+from companion.recording.json_record import record_json
 from companion.recording.mcap_parts import MAGIC, ChunkMaker, record_bytes
 from companion.recording.mcap_reader import BASE, CLOCK, LogRecord, read_records
 from companion.recording.mcap_summary import ending
@@ -57,7 +57,7 @@ class McapLog:
         self._base_ns = base_us * 1000
         self._metadata = {BASE: str(base_us)}
         self._chunk = ChunkMaker()
-        self._channels: dict[str, tuple[int, RecordEncoder]] = {}
+        self._channels: dict[str, int] = {}
         self._records_of_schemas: list[bytes] = []
         self._records_of_channels: list[bytes] = []
         self._tell_again_s = -math.inf
@@ -69,11 +69,10 @@ class McapLog:
 
     def write(self, topic: str, time_s: float, record: Mapping[str, Any]) -> None:
         """Add one record."""
-        known = self._channels.get(topic)
-        if known is None:
-            known = self._add(spec_from_record(topic, record))
-        channel, encoder = known
-        data = encoder.encode(record)
+        channel = self._channels.get(topic)
+        if channel is None:
+            channel = self._add(spec_from_record(topic, record))
+        data = record_json(record)
         chunk = self._chunk
         if time_s >= self._tell_again_s:
             self._tell_again_s = time_s + _TOLD_AGAIN_S
@@ -121,7 +120,7 @@ class McapLog:
         """Close without an index, after the system has refused to write."""
         self._file.abandon()
 
-    def _add(self, spec: ChannelSpec) -> tuple[int, RecordEncoder]:
+    def _add(self, spec: ChannelSpec) -> int:
         number = len(self._channels) + 1
         schema = Schema(
             id=number,
@@ -142,5 +141,5 @@ class McapLog:
             # Else all are told together before the first record.
             self._chunk.add(self._records_of_schemas[-1])
             self._chunk.add(self._records_of_channels[-1])
-        self._channels[spec.topic] = (number, RecordEncoder(spec))
-        return self._channels[spec.topic]
+        self._channels[spec.topic] = number
+        return number

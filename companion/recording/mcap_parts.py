@@ -8,6 +8,7 @@ apart here; the records that are seldom written are the library's.
 import struct
 import zlib
 from collections.abc import Iterator
+from itertools import chain
 from typing import NamedTuple
 
 import zstandard
@@ -77,19 +78,21 @@ def record_bytes(record: McapRecord) -> bytes:
 class ChunkMaker:
     """Collects records for one chunk after another."""
 
-    __slots__ = ("_compress", "_end_ns", "_index", "_parts", "_start_ns", "size")
+    __slots__ = ("_compress", "_end_ns", "_index", "_plain", "_start_ns")
 
     def __init__(self) -> None:
         self._compress = zstandard.ZstdCompressor(level=1).compress
-        self.size = 0
-        """Of what has been collected, bytes."""
         self._clear()
 
     def _clear(self) -> None:
-        self._parts: list[bytes] = []
+        self._plain = bytearray()
         self._index: dict[int, list[tuple[int, int]]] = {}
         self._start_ns = self._end_ns = 0
-        self.size = 0
+
+    @property
+    def size(self) -> int:
+        """Of what has been collected, bytes."""
+        return len(self._plain)
 
     @property
     def has_messages(self) -> bool:
@@ -98,8 +101,7 @@ class ChunkMaker:
 
     def add(self, record: bytes) -> None:
         """Add a schema or a channel."""
-        self._parts.append(record)
-        self.size += len(record)
+        self._plain += record
 
     def add_message(self, channel: int, time_ns: int, data: bytes) -> None:
         """Add a message."""
@@ -109,16 +111,17 @@ class ChunkMaker:
             self._end_ns = time_ns
         elif time_ns < self._start_ns:
             self._start_ns = time_ns
-        self._index.setdefault(channel, []).append((time_ns, self.size))
+        plain = self._plain
+        self._index.setdefault(channel, []).append((time_ns, len(plain)))
         length = MESSAGE_HEAD.size + len(data)
-        self._parts.append(_MESSAGE.pack(_MESSAGE_OPCODE, length, channel, 0, time_ns, time_ns))
-        self._parts.append(data)
-        self.size += HEAD.size + length
+        plain += _MESSAGE.pack(_MESSAGE_OPCODE, length, channel, 0, time_ns, time_ns)
+        # Copied at once: what the encoder gives holds more memory than it has bytes.
+        plain += data
 
     def finish(self) -> bytes:
         """Give the chunk with its message indexes, and begin the next one."""
         try:
-            plain = b"".join(self._parts)
+            plain = self._plain
             chunk = chunk_record(self._start_ns, self._end_ns, plain, self._compress(plain))
             return chunk + b"".join(
                 message_index(channel, entries) for channel, entries in self._index.items()
@@ -127,7 +130,7 @@ class ChunkMaker:
             self._clear()
 
 
-def chunk_record(start_ns: int, end_ns: int, plain: bytes, compressed: bytes) -> bytes:
+def chunk_record(start_ns: int, end_ns: int, plain: bytes | bytearray, compressed: bytes) -> bytes:
     """A chunk as it is written."""
     content = b"".join(
         (
@@ -143,7 +146,7 @@ def chunk_record(start_ns: int, end_ns: int, plain: bytes, compressed: bytes) ->
 def message_index(channel: int, entries: list[tuple[int, int]]) -> bytes:
     """The index of one channel's messages in a chunk: their times in ns and their offsets."""
     content = _INDEX_HEAD.pack(channel, len(entries) * _INDEX_ENTRY.size)
-    content += b"".join(_INDEX_ENTRY.pack(*entry) for entry in entries)
+    content += struct.pack(f"<{2 * len(entries)}Q", *chain.from_iterable(entries))
     return HEAD.pack(Opcode.MESSAGE_INDEX, len(content)) + content
 
 

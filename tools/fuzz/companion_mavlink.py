@@ -21,7 +21,6 @@ from companion.config.resolve import FlightConfig, load_flight
 from companion.flight.assemble import make_trajectory, supervisor_limits
 from companion.flight.clock import VirtualClockLoop
 from companion.flight.errors import FlightAbortedError
-from companion.flight.records import CHANNELS
 from companion.flight.setpoints.control_loop import ControlLoop
 from companion.flight.setpoints.setpoint_stream import SetpointStream
 from companion.flight.setpoints.timeline import plan_timeline
@@ -36,7 +35,7 @@ from companion.mavlink.commands import Command, message_interval
 from companion.mavlink.messages import MessageId
 from companion.mavlink.signing import Signing
 from companion.mavlink.telemetry import FARTHEST_M, FASTEST_M_S
-from companion.recording.json_record import RecordEncoder
+from companion.recording.json_record import record_json
 from companion.vehicle_state import VehicleState
 from tools.fuzz.memory import check_small
 from tools.fuzz.packets import PacketSource, Sender, captured
@@ -206,7 +205,6 @@ class _Flight:
         self._link.datagrams = not setup.stream
         signing = Signing(_KEY, lambda: 1.5e9 + loop.time()) if setup.signed else None
         self._connection = Connection(self._link, self, signing)
-        self._encoders = {spec.topic: RecordEncoder(spec) for spec in CHANNELS}
         voice = Voice(self, self, self._connection.say)
         self._control = ControlLoop(stacks, supervisor_limits(config.mission))
         self._stream = SetpointStream(
@@ -246,9 +244,7 @@ class _Flight:
 
     def record(self, topic: str, time_s: float, values: Mapping[str, Any]) -> None:
         """Each record must be one that can be written."""
-        encoder = self._encoders.get(topic)
-        if encoder is not None:
-            encoder.encode(values)
+        record_json(values)
 
     def phase(self, name: str, detail: str) -> None:
         """Of no interest."""
