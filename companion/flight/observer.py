@@ -17,7 +17,10 @@ class TickView(NamedTuple):
 
 
 class Observer(Protocol):
-    """Watches a flight; must return quickly."""
+    """Watches a flight; must return quickly.
+
+    One that has `looks_at_ticks` and says False there is spared them.
+    """
 
     def phase(self, name: str, detail: str) -> None:
         """A phase begins."""
@@ -31,6 +34,8 @@ class Observer(Protocol):
 
 class SilentObserver:
     """Watches and says nothing."""
+
+    looks_at_ticks = False
 
     def phase(self, name: str, detail: str) -> None:
         """Ignore it."""

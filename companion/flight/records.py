@@ -9,9 +9,9 @@ from typing import Any
 from companion.control.frameworks import StackRecord
 from companion.control.mpc import MpcRecord
 from companion.control.pid import PidTerms
-from companion.control.reference_model import Array
 from companion.flight.setpoints.control_loop import Output
 from companion.flight.setpoints.stack_runner import Watch
+from companion.frames import Vector3
 from companion.recording.schema import ChannelSpec, Field
 from companion.vehicle_state import VehicleState
 
@@ -131,7 +131,7 @@ _NO_QUATERNION = (math.nan,) * 4
 def control_record(
     state: VehicleState,
     output: Output,
-    desired_m: Array | None,
+    desired_m: Vector3 | None,
     phase: str,
     timing_s: tuple[float, float, float],
     computed_us: float,
@@ -142,7 +142,7 @@ def control_record(
     Args:
         state: the sample.
         output: what was decided on it.
-        desired_m: (3,) reference at its time.
+        desired_m: reference at its time.
         phase: of the flight.
         timing_s: arrival, loop delay, latency.
         computed_us: processing time.
@@ -163,7 +163,7 @@ def control_record(
         "velocity_enu_m_s": state.velocity_enu_m_s,
         "attitude_flu_to_enu": state.attitude_flu_to_enu,
         "rate_flu_rad_s": state.rate_flu_rad_s,
-        "desired_enu_m": _NO_VECTOR if desired_m is None else desired_m.tolist(),
+        "desired_enu_m": _NO_VECTOR if desired_m is None else desired_m,
         "attitude_setpoint_flu_to_enu": output.attitude_flu_to_enu or _NO_QUATERNION,
         "rate_setpoint_flu_rad_s": output.rate_flu_rad_s or _NO_VECTOR,
         "thrust": output.thrust,

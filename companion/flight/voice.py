@@ -32,6 +32,7 @@ class Voice:
             say: sends a STATUSTEXT.
         """
         self._observer: Observer | None = observer
+        self._looks_at_ticks = getattr(observer, "looks_at_ticks", True)
         self._log = log
         self._say = say
 
@@ -54,6 +55,11 @@ class Voice:
         """A phase begins."""
         self._record("info", f"phase {name}: {detail}" if detail else f"phase {name}")
         self._show(lambda observer: observer.phase(name, detail))
+
+    @property
+    def shows_ticks(self) -> bool:
+        """False if nobody looks at ticks; then they need not be told."""
+        return self._looks_at_ticks and self._observer is not None
 
     def tick(self, view: TickView) -> None:
         """A setpoint was sent."""

@@ -32,6 +32,8 @@ class TerminalObserver:
         self._console = console
         self._verbose = verbose
         self._is_live = console.is_terminal and not console.is_dumb_terminal
+        self.looks_at_ticks = self._is_live
+        """As an observer of a flight: without a live line they are not shown."""
         self._has_colour = console.color_system is not None and not console.no_color
         self._bar = "█·" if console.encoding.startswith("utf") else "#."
         self._begun_s: float | None = None

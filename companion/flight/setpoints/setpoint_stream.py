@@ -295,7 +295,7 @@ class SetpointStream:
         delay = _exact(self._loop_delay_s(age))
         started = time.perf_counter()
         output = self.control.on_sample(state, delay)
-        computed_us = (time.perf_counter() - started) * 1e6
+        computed_us = round((time.perf_counter() - started) * 1e6, 1)
         if output is None:
             self._unusable = f"a sample of {state.time_s:.3f} s came after a later one"
             return
@@ -427,8 +427,9 @@ class SetpointStream:
         """
         received_s = timing_s[0]
         timeline = self.control.timeline
-        desired = self.control.desired_position(state.time_s)
-        phase = timeline.phase(state.time_s) if timeline is not None else "hold"
+        desired, phase = None, "hold"
+        if timeline is not None:
+            desired, phase = timeline.position_at(state.time_s), timeline.phase(state.time_s)
         self._keep(
             "control",
             received_s,
@@ -441,9 +442,11 @@ class SetpointStream:
             self._keep("plan", received_s, lambda: plan_record(state.time_s, outer))
         elif outer is not None:
             self._keep("feedback", received_s, lambda: feedback_record(state.time_s, outer))
+        if not self._voice.shows_ticks:
+            return
         if timeline is None or desired is None or output.attitude_flu_to_enu is None:
             return
-        error = math.dist(desired.tolist(), state.position_enu_m)
+        error = math.dist(desired, state.position_enu_m)
         progress = (state.time_s - timeline.start_s) / timeline.end_s
         tilt = math.degrees(math.acos(min(1.0, tilt_cosine(output.attitude_flu_to_enu))))
         self._voice.tick(
