@@ -44,7 +44,6 @@ def test_the_figures_are_those_of_a_flight_that_was_logged_to_files(task, table,
     data = read_flight(tmp_path)
     logged = tracking_figures(data, outcome.scored_s)
 
-    # The files hold twelve digits.
     assert table.mean_error_m == pytest.approx(logged.against_truth.mean_m, rel=1e-10)
     assert table.rms_error_m == pytest.approx(logged.against_truth.rms_m, rel=1e-10)
     assert table.max_error_m == pytest.approx(logged.against_truth.max_m, rel=1e-10)
