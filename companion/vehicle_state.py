@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from companion.frames import Quaternion, Vector3
 
 
-@dataclass(frozen=True, slots=True)
+# Made at every tick, and frozen it takes several times as long to make: change none.
+@dataclass(slots=True)
 class VehicleState:
     """One sample of the vehicle's motion, as the autopilot reports it."""
 

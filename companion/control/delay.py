@@ -13,7 +13,8 @@ import numpy as np
 from companion.control.reference_model import Array, discretise_position_model
 
 
-@dataclass(frozen=True, slots=True)
+# Made at every tick, and frozen it takes several times as long to make: change none.
+@dataclass(slots=True)
 class AppliedReference:
     """A position reference and the time from which on it acts on the vehicle."""
 

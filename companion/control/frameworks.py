@@ -63,7 +63,9 @@ class Limits:
     descent_m_s: float
 
 
-@dataclass(frozen=True, slots=True)
+# Tick, StackMemory, Command and StackRecord are made at every tick, and frozen
+# they take several times as long to make: change none.
+@dataclass(slots=True)
 class Tick:
     """One sample of the state, with all that the stack may know about its time."""
 
@@ -75,7 +77,7 @@ class Tick:
     """Since the trajectory began, s; negative before."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class StackMemory:
     """What a stack carries from tick to tick."""
 
@@ -92,7 +94,7 @@ class StackMemory:
     """Commanded yaw, ENU."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Command:
     """What goes to the vehicle: an attitude and a thrust."""
 
@@ -101,7 +103,7 @@ class Command:
     """Thrust field of the autopilot, 0..1, of the meaning that the stack was made for."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class StackRecord:
     """Why the command is what it is."""
 

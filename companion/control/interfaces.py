@@ -20,7 +20,9 @@ def _not_known() -> Array:
     return _NOT_KNOWN
 
 
-@dataclass(frozen=True, slots=True)
+# InnerRecord and AdaptationMean are made at every tick, and frozen
+# they take several times as long to make: change none.
+@dataclass(slots=True)
 class InnerRecord:
     """Why u is what it is; each array is (axes,), NaN where a controller has no such thing."""
 
@@ -39,7 +41,7 @@ class InnerRecord:
     """What the projection holds |σ̂| below, in the unit of u; NaN where there is none."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class AdaptationMean:
     """Where an adaptation has been of late: what it is held at when it is switched off.
 

@@ -104,7 +104,9 @@ def first_order_gains(
     )
 
 
-@dataclass(frozen=True, slots=True)
+# L1Memory and L1Record are made at every tick, and frozen
+# they take several times as long to make: change none.
+@dataclass(slots=True)
 class L1Memory:
     """What the law carries from sample to sample, for n axes."""
 
@@ -120,7 +122,7 @@ class L1Memory:
     """(n,) y1 of the last sample."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class L1Record:
     """Why u is what it is; each array is (n,)."""
 

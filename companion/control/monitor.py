@@ -24,7 +24,7 @@ part of the flight acts on the verdict.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from companion.control.interfaces import InnerRecord
@@ -101,7 +101,9 @@ class Gauges(NamedTuple):
 NO_GAUGES = Gauges(math.nan, math.nan, math.nan, math.nan)
 
 
-@dataclass(frozen=True, slots=True)
+# Seen, Smoothed, MonitorMemory and MonitorVerdict are made at every tick, and frozen
+# they take several times as long to make: change none.
+@dataclass(slots=True)
 class Seen:
     """What a tick says to the monitor."""
 
@@ -117,7 +119,7 @@ class Seen:
     """Rate of the tilt that the desired trajectory itself asks for; 0 if it is not known."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Smoothed:
     """Means that the gauges are made of; NaN before there was anything."""
 
@@ -133,13 +135,13 @@ class Smoothed:
     pitch_rad: float = math.nan
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class MonitorMemory:
     """What the monitor carries from tick to tick."""
 
     level: int = 0
     """0: as configured."""
-    smoothed: Smoothed = Smoothed()
+    smoothed: Smoothed = field(default_factory=Smoothed)
     time_s: float = _NEVER_S
     """Of the last tick."""
     alarm_since_s: float | None = None
@@ -150,7 +152,7 @@ class MonitorMemory:
     """Time of the last way up."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class MonitorVerdict:
     """What the monitor makes of a tick."""
 

@@ -35,7 +35,8 @@ class ThrustGains:
     """Standard deviation of the vertical acceleration seen by the estimator, over one second."""
 
 
-@dataclass(frozen=True, slots=True)
+# Made at every tick, and frozen it takes several times as long to make: change none.
+@dataclass(slots=True)
 class ThrustMemory:
     """What the loop carries from sample to sample."""
 

@@ -51,7 +51,9 @@ class Rejected:
     """One sentence for the log, naming the message and the field."""
 
 
-@dataclass(frozen=True, slots=True)
+# LocalPosition and WireAttitude are made at every tick, and frozen
+# they take several times as long to make: change none.
+@dataclass(slots=True)
 class LocalPosition:
     """A LOCAL_POSITION_NED as it was sent."""
 
@@ -60,7 +62,7 @@ class LocalPosition:
     velocity_ned_m_s: Vector3
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class WireAttitude:
     """An ATTITUDE_QUATERNION as it was sent."""
 

@@ -40,7 +40,8 @@ _TURNED_DEG = 3.0
 """A heading that is wrong by less makes nothing swing."""
 
 
-@dataclass(frozen=True, slots=True)
+# Made at every tick, and frozen it takes several times as long to make: change none.
+@dataclass(slots=True)
 class Output:
     """What a tick decided."""
 

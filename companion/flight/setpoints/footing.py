@@ -77,7 +77,8 @@ class Slide:
         return shares
 
 
-@dataclass(frozen=True, slots=True)
+# Made at every tick, and frozen it takes several times as long to make: change none.
+@dataclass(slots=True)
 class Footing:
     """What is remembered of the estimate from sample to sample."""
 

@@ -47,7 +47,9 @@ class Change:
     """False: the same controller flies on."""
 
 
-@dataclass(frozen=True, slots=True)
+# Watch and _Flown are made at every tick, and frozen
+# they take several times as long to make: change none.
+@dataclass(slots=True)
 class Watch:
     """What a tick's record says of the controller that flew it."""
 
@@ -59,7 +61,7 @@ class Watch:
     changes: tuple[Change, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Flown:
     """A tick that a stack has flown, or begun with."""
 
