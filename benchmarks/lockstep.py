@@ -30,11 +30,10 @@ from benchmarks.harness import Report, main
 from benchmarks.stepping.simulations import STEP_S, compiling, steppers
 from companion.config.resolve import load_flight
 from companion.flight.assemble import make_trajectory
-from companion.flight.beginning import log_begins_us, shim_options
+from companion.flight.beginning import begin_log, shim_options
 from companion.flight.observer import SilentObserver
 from companion.flight.records import CHANNELS
 from companion.lockstep import fly_in_lockstep
-from companion.recording.flight_log import FlightLog
 
 AUTOPILOTS = ("px4", "ardupilot")
 GOALS = {"compiled": 40.0, "plain": 15.0}
@@ -149,7 +148,7 @@ def fly(autopilot: str, kind: str, trajectory: int) -> Flown:
         if shim is None:
             raise ValueError("the flight needs the embedded shim")
         course = make_trajectory(config.mission)
-        log = FlightLog(Path(made), CHANNELS, base_us=log_begins_us(lockstep=True))
+        log = begin_log(Path(made), CHANNELS, lockstep=True)
         wall, processor = time.perf_counter(), time.process_time()
         try:
             outcome = fly_in_lockstep(config, course, log, SilentObserver(), shim)

@@ -18,10 +18,10 @@ from companion.config.yaml_source import ConfigError, settings_of
 from companion.flight.assemble import attitude_gains, infeasibilities, make_stack, make_trajectory
 from companion.flight.assemble_plus import thrust_before_asking
 from companion.flight.beginning import (
+    begin_log,
     check_sharing,
     discard_log,
     key_to_sign_with,
-    log_begins_us,
     shim_options,
 )
 from companion.flight.conduct import Outcome, OutcomeName
@@ -91,7 +91,7 @@ def run_fly(request: FlyRequest) -> OutcomeName:
     started = time.perf_counter()
     is_new = not folder.exists()
     try:
-        log = FlightLog(folder, CHANNELS, base_us=log_begins_us(lockstep=request.lockstep))
+        log = begin_log(folder, CHANNELS, lockstep=request.lockstep)
     except FlightLogError as error:
         raise BadInputError(str(error)) from error
     try:

@@ -33,10 +33,10 @@ from companion.experiments.identification_flight import (
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.provenance import version
 from companion.flight.beginning import (
+    begin_log,
     check_sharing,
     discard_log,
     key_to_sign_with,
-    log_begins_us,
     shim_options,
 )
 from companion.flight.conduct import Outcome
@@ -127,11 +127,7 @@ def run_identify(request: IdentifyRequest) -> Verdict:
     is_new = not folder.exists()
     began_s = time.perf_counter()
     try:
-        log = FlightLog(
-            folder,
-            (*CHANNELS, *EXPERIMENT_CHANNELS),
-            base_us=log_begins_us(lockstep=request.lockstep),
-        )
+        log = begin_log(folder, (*CHANNELS, *EXPERIMENT_CHANNELS), lockstep=request.lockstep)
     except FlightLogError as error:
         raise BadInputError(str(error)) from error
     try:

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -13,7 +14,12 @@ from companion.flight.embedded_shim import embedded_shim
 from companion.flight.shared_link.endpoints import Endpoint
 from companion.flight.shim_process import ShimOptions
 from companion.flight.stages.mission_backend import require_mavsdk
-from companion.recording.flight_log import MCAP_NAME, TLOG_NAME
+from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, FlightLog
+from companion.recording.schema import ChannelSpec
+
+_LOCKSTEP_FLUSH_S = 2.0
+"""Of simulated time, some 50 ms of a processor's: the system is asked to write no more often than
+a person could kill the flight."""
 
 
 def check_sharing(mission: MissionConfig, *, lockstep: bool) -> None:
@@ -87,6 +93,18 @@ def log_begins_us(*, lockstep: bool) -> int:
     from companion.flight.real_time import log_base_us
 
     return log_base_us()
+
+
+def begin_log(folder: Path, channels: Sequence[ChannelSpec], *, lockstep: bool) -> FlightLog:
+    """Begin the log of a flight.
+
+    Raises:
+        FlightLogError: the folder or a file in it cannot be made.
+    """
+    base_us = log_begins_us(lockstep=lockstep)
+    if lockstep:
+        return FlightLog(folder, channels, base_us=base_us, flush_interval_s=_LOCKSTEP_FLUSH_S)
+    return FlightLog(folder, channels, base_us=base_us)
 
 
 def discard_log(folder: Path, *, folder_too: bool) -> None:

@@ -14,7 +14,7 @@ from companion.experiments.flight_store import summarise
 from companion.experiments.flight_task import load_task
 from companion.experiments.fly_task import fly_loaded_task
 from companion.experiments.memory_log import MemoryLog
-from companion.flight.beginning import discard_log, log_begins_us
+from companion.flight.beginning import begin_log, discard_log
 from companion.flight.errors import ShimRefusedError
 from companion.flight.records import CHANNELS
 from companion.recording.flight_log import FlightLog
@@ -58,7 +58,7 @@ def fly_point(plan: Plan, point: int, folder: Path) -> Again:
     is_new = not folder.exists()
     task = task_of(plan, flight, folder)
     key, loaded = task.key, load_task(task)
-    log = FlightLog(folder, CHANNELS, base_us=log_begins_us(lockstep=True))
+    log = begin_log(folder, CHANNELS, lockstep=True)
     both = _Both(log)
     started = time.perf_counter()
     try:

@@ -15,7 +15,7 @@ from companion.experiments.faults.judging import Judgement, Limits, judge
 from companion.experiments.faults.reading import read_evidence
 from companion.experiments.faults.table import FaultTable, Flavour, Row
 from companion.flight.assemble import make_trajectory
-from companion.flight.beginning import log_begins_us
+from companion.flight.beginning import begin_log, log_begins_us
 from companion.flight.embedded_shim import embedded_shim
 from companion.flight.observer import SilentObserver
 from companion.flight.records import CHANNELS
@@ -118,8 +118,7 @@ def fly_order(order: Order) -> Verdict:
     """
     config = configured(order)
     shutil.rmtree(order.folder, ignore_errors=True)
-    base_us = log_begins_us(lockstep=True)
-    log = FlightLog(order.folder, CHANNELS, base_us=base_us)
+    log = begin_log(order.folder, CHANNELS, lockstep=True)
     aftermath = _Aftermath(log)
     try:
         outcome = fly_in_lockstep(
@@ -136,7 +135,7 @@ def fly_order(order: Order) -> Verdict:
     evidence = read_evidence(
         order.folder,
         dialect_named(order.autopilot),
-        base_us,
+        log_begins_us(lockstep=True),
         outcome=outcome.outcome,
         completed=outcome.completed,
         note=outcome.note,

@@ -351,17 +351,20 @@ class Connection:
             self._trouble("housekeeping", error)
 
     def _deal_with(self, frames: list[Frame], received_s: float) -> None:
+        news = False
         for frame in frames:
             try:
-                self._on_frame(frame, received_s)
+                if self._on_frame(frame, received_s):
+                    news = True
             except Exception as error:
                 # asyncio would swallow it, and what came behind it in this datagram.
+                news = True
                 self._trouble(message_name(frame.message_id), error)
         # Recorded after the setpoint went out: a slow disk must not delay the control.
         frame_in = self._log.frame_in
         for frame in frames:
             frame_in(received_s, frame.raw)
-        if len(frames) != 1 or not is_truth(frames[0]):  # the truth is nobody's to wait for
+        if news:  # what only time brings about, housekeeping and the state's samples look at
             self.waiting.wake()
         if self.on_frames is not None and frames:
             try:
@@ -384,13 +387,14 @@ class Connection:
         if self.on_link_change is not None:
             self.on_link_change(down_because)
 
-    def _on_frame(self, frame: Frame, received_s: float) -> None:
+    def _on_frame(self, frame: Frame, received_s: float) -> bool:
+        """Sort a frame; True if anybody read it, so that what is waited for may have come."""
         message_id = frame.message_id
         if message_id == _HEARTBEAT:
             self._on_heartbeat(frame, received_s)
-            return
+            return True
         if not self.peers.is_vehicle(frame) or is_truth(frame):
-            return
+            return False
         self.heard_s = received_s
         self.pulse.on_message(received_s)
         counts = self.counts
@@ -398,6 +402,7 @@ class Connection:
             counts[message_id] += 1
         elif len(counts) < _MOST_KINDS:
             counts[message_id] = 1
+        read = True
         if message_id in STATE_MESSAGES:
             self.samples.take(frame, received_s, self.clock)
         elif message_id == _TIMESYNC:
@@ -415,10 +420,14 @@ class Connection:
                 self.exchanges.on_ack(received_s, ack)
         elif message_id in REPORT_IDS:
             self.reports.take(frame)
+        else:
+            read = False
         listeners = self.listeners.get(message_id)
         if listeners:
             for listener in listeners:
                 listener(frame, received_s)
+            return True
+        return read
 
     def _on_restart(self) -> None:
         """Whatever the autopilot said or promised before is not true any more."""
