@@ -105,7 +105,7 @@ def _campaign(folder: Path, flights: int, seed: int, jobs: int) -> tuple[float, 
     """How long a campaign took from its file to its table, and its flights alone, s."""
     import pyarrow.parquet as parquet
 
-    from companion.campaign_command import CampaignRequest, run_campaign_file
+    from companion.commands.campaign import CampaignRequest, run_campaign_file
 
     file, out = folder / "measured.yaml", folder / "out"
     file.write_text(_CAMPAIGN.format(points=flights, seed=seed), encoding="utf-8")

@@ -63,7 +63,7 @@ def campaign(
     Exit status: 0 done, 1 some flights could not be flown (--resume tries them again), 2 bad input,
     or not one flight could be flown, 4 interrupted.
     """
-    from companion.campaign_command import CampaignRequest, run_campaign_file
+    from companion.commands.campaign import CampaignRequest, run_campaign_file
     from companion.config.yaml_source import ConfigError
     from companion.experiments.campaign import CampaignInterruptedError
     from companion.experiments.flight_store import MissingExtraError

@@ -50,7 +50,7 @@ def certify(
 
     Exit status: 0 every condition holds, 1 one fails (its reason is told), 2 bad input.
     """
-    from companion.certify_command import BadInputError, CertifyRequest, run_certify
+    from companion.commands.certify import BadInputError, CertifyRequest, run_certify
 
     request = CertifyRequest(
         controller, vehicle, rate, wind, tuple(setting or ()), out, json_output

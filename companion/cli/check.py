@@ -52,7 +52,7 @@ def check(
     Exit status: 0 fine, 1 warnings, 2 bad input, 3 something that a flight would be refused for,
     4 interrupted.
     """
-    from companion.check_command import BadInputError, CheckRequest, run_check
+    from companion.commands.check import BadInputError, CheckRequest, run_check
 
     chosen = {
         "trajectory": None if traj is None else number_or_text(traj),

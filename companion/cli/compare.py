@@ -82,7 +82,7 @@ def compare(
     Exit status: 0 done, whoever is better; 2 bad input, or not one flight could be flown;
     4 interrupted.
     """
-    from companion.compare_command import CompareRequest, run_compare
+    from companion.commands.compare import CompareRequest, run_compare
     from companion.config.yaml_source import ConfigError
     from companion.experiments.campaign import CampaignInterruptedError
     from companion.experiments.flight_store import MissingExtraError

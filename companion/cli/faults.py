@@ -38,10 +38,10 @@ def faults(
 
     Exit status: 0 every row passed, 1 one failed, 2 bad input, 4 interrupted.
     """
+    from companion.commands.faults import FaultsRequest, run_faults
     from companion.config.yaml_source import ConfigError
     from companion.experiments.faults.study import StudyInterruptedError
     from companion.experiments.flight_store import MissingExtraError
-    from companion.faults_command import FaultsRequest, run_faults
 
     request = FaultsRequest(table, tuple(only or ()), autopilot, jobs, seed, out, json_output)
     try:

@@ -91,7 +91,7 @@ def fly(
     Ctrl-C lands; a second Ctrl-C hands over to the autopilot at once. After somebody else has
     taken over, it leaves the vehicle to them: only `companion land` lands then.
     """
-    from companion.fly_command import BadInputError, FlyRequest, run_fly
+    from companion.commands.fly import BadInputError, FlyRequest, run_fly
 
     chosen = {
         "trajectory": number_or_text(traj),

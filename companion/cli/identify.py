@@ -76,7 +76,7 @@ def identify(
     Exit status: 0 identified, 1 identified but the gains are not certified, 2 bad input, 3 refused
     by a check, 4 aborted safely, or not to be identified.
     """
-    from companion.identify_command import BadInputError, IdentifyRequest, run_identify
+    from companion.commands.identify import BadInputError, IdentifyRequest, run_identify
 
     chosen = {
         "vehicle": vehicle,

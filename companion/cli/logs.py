@@ -34,7 +34,7 @@ def replay(
     Exit status: 0 every setpoint is the same, bit for bit, or another controller was asked for;
     1 one differs; 2 bad input.
     """
-    from companion.replay_command import BadInputError, ReplayRequest, run_replay
+    from companion.commands.replay import BadInputError, ReplayRequest, run_replay
 
     try:
         status = run_replay(ReplayRequest(log, controller, json_output, out))
@@ -60,6 +60,6 @@ def recover(
 
     Exit status: 0 recovered, or whole already; 1 nothing in it is whole; 2 bad input.
     """
-    from companion.recover_command import RecoverRequest, run_recover
+    from companion.commands.recover import RecoverRequest, run_recover
 
     raise typer.Exit(run_recover(RecoverRequest(log, out)))

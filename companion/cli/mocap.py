@@ -24,7 +24,7 @@ def mocap(
 
     Exit status: 0 interrupted, 2 bad input, 4 the link was lost.
     """
-    from companion.mocap_command import BadInputError, MocapRequest, run_mocap
+    from companion.commands.mocap import BadInputError, MocapRequest, run_mocap
 
     request = MocapRequest(
         mission_file=mission,

@@ -30,10 +30,10 @@ def paper(
 
     Exit status: 0 done, whatever the verdicts; 2 bad input, 4 interrupted.
     """
+    from companion.commands.paper import PaperRequest, run_paper
     from companion.config.yaml_source import ConfigError
     from companion.experiments.campaign import CampaignInterruptedError
     from companion.experiments.flight_store import MissingExtraError
-    from companion.paper_command import PaperRequest, run_paper
 
     try:
         run_paper(PaperRequest(quick, out, jobs))

@@ -29,9 +29,9 @@ def report(
 
     Exit status: 0 done, whatever the flights did; 2 no campaign's folder, or nothing flown yet.
     """
+    from companion.commands.report import ReportRequest, run_report
     from companion.config.yaml_source import ConfigError
     from companion.experiments.flight_store import MissingExtraError
-    from companion.report_command import ReportRequest, run_report
 
     try:
         run_report(ReportRequest(campaign, out, json_output))

@@ -54,11 +54,11 @@ def tune(
 
     Exit status: 0 found and written, 2 bad input, 4 interrupted or not to be identified.
     """
+    from companion.commands.tune import TuneRequest, TuningInterruptedError, run_tune
     from companion.config.yaml_source import ConfigError
     from companion.experiments.flight_store import MissingExtraError
     from companion.experiments.identify_steps import UnidentifiedError
     from companion.trajectories.from_file import TrajectoryFileError
-    from companion.tune_command import TuneRequest, TuningInterruptedError, run_tune
 
     request = TuneRequest(
         controller, number_or_file(traj), vehicle, budget, starts, seed, jobs, out, part

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from companion.commands.recover import RecoverRequest, run_recover
 from companion.recording.mcap_log import read_records
 from companion.recording.tlog import read_tlog
-from companion.recover_command import RecoverRequest, run_recover
 from companion.report.flight_data import read_flight
 from companion.report.metrics import tracking_figures
 from tests.flights.bench import Bench

@@ -6,13 +6,13 @@ import shutil
 
 import pytest
 
+from companion.commands.recover import RecoverRequest, run_recover
+from companion.commands.replay import BadInputError, ReplayRequest, run_replay
 from companion.flight.inbox import PilotCommand
 from companion.flight.replay.recorded import ReplayError, read_flight
 from companion.mavlink.codec import Packer
 from companion.mavlink.messages import MessageId, Outgoing
 from companion.recording.tlog import TlogWriter, read_tlog
-from companion.recover_command import RecoverRequest, run_recover
-from companion.replay_command import BadInputError, ReplayRequest, run_replay
 
 CLIENT = Packer(255, 190)
 STATE = (MessageId.ODOMETRY, MessageId.LOCAL_POSITION_NED)

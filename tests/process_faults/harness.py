@@ -18,8 +18,8 @@ from mcap.reader import NonSeekingReader, make_reader
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import all as mavlink
 
+from companion.commands.recover import RecoverRequest, run_recover
 from companion.recording.tlog import read_tlog
-from companion.recover_command import RecoverRequest, run_recover
 
 TRUTH = 240
 """Component by which the simulation tells what truly is."""

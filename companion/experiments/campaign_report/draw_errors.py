@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, NullFormatter, PercentFormatter
 
 from companion.experiments.campaign_report.drawing import MM, Panel, colours, panel
-from companion.experiments.pages.style import MUTED, SMALL, name_of, say
 from companion.report.flight_data import Array
+from companion.report.pages.style import MUTED, SMALL, name_of, say
 
 _TOLD = {"mean": "Mean error", "max": "Greatest error"}
 

@@ -12,8 +12,8 @@ from matplotlib.patches import Rectangle
 from companion.experiments.campaign_report.drawing import MM, Panel, panel
 from companion.experiments.campaign_report.levels import Levels, plain_numbers
 from companion.experiments.campaign_report.read import Flights
-from companion.experiments.pages.style import FAINT, MUTED, ON_COLOUR, SMALL
 from companion.report.flight_data import Array
+from companion.report.pages.style import FAINT, MUTED, ON_COLOUR, SMALL
 
 _SHADES = LinearSegmentedColormap.from_list("errors", ["#d7ebdf", "#fdf0c4", "#f6b26b", "#e8836f"])
 """Light enough for dark letters, by day and by night."""

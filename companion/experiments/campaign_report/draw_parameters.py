@@ -9,8 +9,8 @@ from companion.experiments.campaign_report.draw_errors import log_mm
 from companion.experiments.campaign_report.drawing import LOST_AT, MM, Panel, colours, panel
 from companion.experiments.campaign_report.levels import Levels
 from companion.experiments.campaign_report.read import Flights
-from companion.experiments.pages.style import MUTED, SMALL, name_of, say
 from companion.report.flight_data import Array
+from companion.report.pages.style import MUTED, SMALL, name_of, say
 
 _MOST_DOTS = 1500
 _LEAST_FOR_A_MEDIAN = 3

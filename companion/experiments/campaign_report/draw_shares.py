@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from companion.experiments.campaign_report.drawing import Panel, panel
 from companion.experiments.campaign_report.influence import Influence
-from companion.experiments.pages.style import FAINT, MPC_PID, MUTED, SMALL
+from companion.report.pages.style import FAINT, MPC_PID, MUTED, SMALL
 
 _MOST = 12
 

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.inline_svg import inline_svg
-from companion.experiments.pages.style import (
+from companion.report.pages.inline_svg import inline_svg
+from companion.report.pages.style import (
     COLOURS,
     INK,
     L1,
@@ -23,7 +23,7 @@ from companion.experiments.pages.style import (
     SETTINGS,
     WIND,
 )
-from companion.experiments.pages.svg import svg_text
+from companion.report.pages.svg import svg_text
 
 WIDTH_IN, HEIGHT_IN = 4.6, 3.3
 MM = 1e3

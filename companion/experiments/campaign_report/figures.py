@@ -14,7 +14,7 @@ from companion.experiments.campaign_report.drawing import Panel
 from companion.experiments.campaign_report.influence import ALL, CONTROLLER, Sensitivity
 from companion.experiments.campaign_report.levels import SEED, bin_count, levels
 from companion.experiments.campaign_report.read import Campaign, Flights, Parameter
-from companion.experiments.pages.style import name_of
+from companion.report.pages.style import name_of
 
 _MOST_APART = 4
 """Controllers that one figure tells apart."""

@@ -10,9 +10,9 @@ from companion.experiments.campaign_report.influence import CONTROLLER, Influenc
 from companion.experiments.campaign_report.report import Report
 from companion.experiments.campaign_report.summary import index_text, mm, share_text
 from companion.experiments.campaign_report.tables import Group
-from companion.experiments.pages.style import name_of
-from companion.experiments.pages.templating import render_page
 from companion.recording.whole_file import write_whole
+from companion.report.pages.style import name_of
+from companion.report.pages.templating import render_page
 
 NAME = "report.html"
 _TEMPLATE = "report.html.j2"

@@ -18,7 +18,7 @@ from companion.experiments.campaign_report.statistics import (
     clustered,
 )
 from companion.experiments.campaign_report.tables import Group
-from companion.experiments.pages.style import name_of, percent
+from companion.report.pages.style import name_of, percent
 
 _MM = 1e3
 _LEAST_IN_A_PLACE = 5

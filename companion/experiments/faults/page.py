@@ -9,8 +9,8 @@ from companion.experiments.faults.drawing import draw
 from companion.experiments.faults.study import Result, Unflown
 from companion.experiments.faults.written import NAME as JSON_NAME
 from companion.experiments.faults.written import Made, RowResult, counts
-from companion.experiments.pages.templating import render_page
 from companion.recording.whole_file import write_whole
+from companion.report.pages.templating import render_page
 
 NAME = "faults.html"
 _TEMPLATE = "faults.html.j2"

@@ -5,15 +5,15 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from companion.experiments.pages.inline_svg import inline_svg
-from companion.experiments.pages.style import name_of, seeds_text
-from companion.experiments.pages.templating import render_page
 from companion.experiments.paper.export import NAME as RESULTS_NAME
 from companion.experiments.paper.figures.render import DrawnFigure, draw_figures
 from companion.experiments.paper.headline import MeanError, mean_errors, verdict_counts
 from companion.experiments.paper.results import Claim, PaperResults, Verdict
 from companion.experiments.paper.scale import TRAJECTORIES, VEHICLE
 from companion.experiments.paper.statistics import millimetres
+from companion.report.pages.inline_svg import inline_svg
+from companion.report.pages.style import name_of, seeds_text
+from companion.report.pages.templating import render_page
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 
 __all__ = ["NAME", "DrawnFigure", "draw_figures", "write_report"]

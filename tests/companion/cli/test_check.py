@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from companion.check_command import BadInputError, CheckRequest, run_check
+from companion.commands.check import BadInputError, CheckRequest, run_check
 from companion.preflight.finding import Verdict
 
 
@@ -82,8 +82,8 @@ def test_for_a_machine_one_object_and_nothing_else(capsys, tmp_path):
 def test_the_exit_status_is_the_verdict(monkeypatch, verdict, status):
     from typer.testing import CliRunner
 
-    from companion import check_command
     from companion.cli import app
+    from companion.commands import check as check_command
 
     asked = []
     monkeypatch.setattr(
@@ -99,8 +99,8 @@ def test_the_exit_status_is_the_verdict(monkeypatch, verdict, status):
 def test_the_exit_status_when_nothing_came_of_it(monkeypatch, error, status):
     from typer.testing import CliRunner
 
-    from companion import check_command
     from companion.cli import app
+    from companion.commands import check as check_command
 
     def fail(request):
         raise error

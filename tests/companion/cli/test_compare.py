@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from companion import compare_command
 from companion.cli import app
-from companion.compare_command import CompareRequest, run_compare
+from companion.commands import compare as compare_command
+from companion.commands.compare import CompareRequest, run_compare
 from companion.config.resolve import configs_folder
 from companion.experiments.campaign import CampaignInterruptedError
 from companion.experiments.compare import Grid

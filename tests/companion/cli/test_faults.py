@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 import pytest
 from typer.testing import CliRunner
 
-from companion import faults_command
 from companion.cli import app
+from companion.commands import faults as faults_command
+from companion.commands.faults import FaultsRequest, run_faults
 from companion.experiments.faults.study import StudyInterruptedError
-from companion.faults_command import FaultsRequest, run_faults
 from tests.companion.experiments.faults import made_up
 
 

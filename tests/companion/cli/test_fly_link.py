@@ -59,7 +59,7 @@ def test_the_system_to_fly_comes_from_the_command_line(monkeypatch):
         chosen.append(config.mission.link.system_id)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("companion.fly_command._fly", fly)
+    monkeypatch.setattr("companion.commands.fly._fly", fly)
     run("--lockstep", "--system-id", "3")
 
     assert chosen == [3]

@@ -153,8 +153,8 @@ def found(monkeypatch):
         plus = GainsVerdict("mpc-l1-plus", certified, "" if certified else "x: too quick")
         return Concluded((GainsVerdict("mpc-l1", holds=True), plus), seen.get("wide", ()), record)
 
-    monkeypatch.setattr("companion.identify_command.identify", identify)
-    monkeypatch.setattr("companion.identify_command.conclude", conclude)
+    monkeypatch.setattr("companion.commands.identify.identify", identify)
+    monkeypatch.setattr("companion.commands.identify.conclude", conclude)
     one = Estimate(1.5, 0.25, "rad/s")
     monkeypatch.setattr(
         "companion.report.identification_table.estimates_of", lambda _: iter([("roll", one)])
@@ -212,10 +212,10 @@ def test_the_limits_that_were_flown_are_those_that_are_written(here, found, monk
         a_log(here / "flown", vehicle=asked.model_dump(mode="json"))
         return SimpleNamespace(outcome="landed", completed=True, note="")
 
-    monkeypatch.setattr("companion.identify_command._fly", fly)
-    monkeypatch.setattr("companion.identify_command._keep_result", lambda *_: None)
+    monkeypatch.setattr("companion.commands.identify._fly", fly)
+    monkeypatch.setattr("companion.commands.identify._keep_result", lambda *_: None)
     monkeypatch.setattr(
-        "companion.identify_command.read_identification",
+        "companion.commands.identify.read_identification",
         lambda _: read_identification(here / "flown"),
     )
     options = ("--vehicle", "x500", "--name", "mine", "--set", "vehicle.tilt_limit_deg=21")
@@ -249,7 +249,7 @@ def test_what_cannot_be_told_from_a_flight_is_said(here, found, monkeypatch):
     def identify(recording, *, thrust_curve):
         raise UnidentifiedError("the part 'roll' is missing: fly it again")
 
-    monkeypatch.setattr("companion.identify_command.identify", identify)
+    monkeypatch.setattr("companion.commands.identify.identify", identify)
     result = run("--log", str(a_log(here / "log")), "--json")
     assert result.exit_code == 4
     told = json.loads(result.stdout)

@@ -5,10 +5,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from companion import recover_command, replay_command
 from companion.cli import app
-from companion.recover_command import RecoverRequest
-from companion.replay_command import BadInputError, ReplayRequest
+from companion.commands import recover as recover_command
+from companion.commands import replay as replay_command
+from companion.commands.recover import RecoverRequest
+from companion.commands.replay import BadInputError, ReplayRequest
 
 
 def run(*arguments):

@@ -5,8 +5,8 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from companion import paper_command
 from companion.cli import app
+from companion.commands import paper as paper_command
 from companion.experiments.campaign import CampaignInterruptedError
 from companion.experiments.flight_store import MissingExtraError
 from companion.experiments.paper.figures.registry import DRAWINGS

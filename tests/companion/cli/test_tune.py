@@ -9,13 +9,13 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from companion import tune_command
 from companion.cli import app
+from companion.commands import tune as tune_command
+from companion.commands.tune import TuneRequest, run_tune
 from companion.config.resolve import configs_folder, load_flight
 from companion.config.yaml_source import ConfigError
 from companion.experiments.identify_steps import SecondOrder
 from companion.experiments.tuned_gains import TUNED
-from companion.tune_command import TuneRequest, run_tune
 from tests.flights.bench import SHORT
 
 BASELINES = ("pid-l1", "lqr-l1", "pid")

@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 import yaml
 
+from companion.commands.tune import TuneRequest, _family
 from companion.experiments import tuning_flights
 from companion.experiments.flight_task import FlightTask, load_task
 from companion.experiments.perturbed_plant import write_plant
 from companion.experiments.tuning import Evaluation
 from companion.experiments.tuning_flights import FlownCosts, flight_cost
 from companion.experiments.workers import Workers
-from companion.tune_command import TuneRequest, _family
 from tests.companion.experiments.stand_ins import table_of
 from tests.flights.bench import SHORT
 

@@ -11,13 +11,13 @@ from mcap.reader import NonSeekingReader, make_reader
 from mcap.writer import Writer
 from pymavlink import mavutil
 
+from companion.commands.recover import RecoverRequest, run_recover
 from companion.mavlink.codec import Packer
 from companion.mavlink.messages import VehicleStateOfHealth, heartbeat
 from companion.recording.mcap_log import McapLog, read_records
 from companion.recording.mcap_parts import MAGIC
 from companion.recording.schema import ChannelSpec, Field
 from companion.recording.tlog import TlogWriter, read_tlog
-from companion.recover_command import RecoverRequest, run_recover
 
 BASE_US = 1_700_000_000_000_000
 TICK = ChannelSpec("tick", (Field("step", "integer"), Field("noise", "array")))

@@ -6,7 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.adaptation_rate import SAMPLE_HZ, TRAJECTORY, AdaptationRate
+from companion.experiments.paper.results import PaperResults
+from companion.report.flight_data import Array
+from companion.report.pages.style import (
     FAINT,
     INK,
     L1,
@@ -19,9 +22,6 @@ from companion.experiments.pages.style import (
     note,
     say,
 )
-from companion.experiments.paper.adaptation_rate import SAMPLE_HZ, TRAJECTORY, AdaptationRate
-from companion.experiments.paper.results import PaperResults
-from companion.report.flight_data import Array
 
 _MM = 1e3
 _HORIZONTAL = slice(0, 2)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from matplotlib.axes import Axes
 
-from companion.experiments.pages.style import INK, MUTED, SMALL
 from companion.experiments.paper.statistics import Spread, lost_text
+from companion.report.pages.style import INK, MUTED, SMALL
 
 _LOST_HEIGHT = 0.35
 """Of a bar that stands for lost flights, as a share of the highest one."""

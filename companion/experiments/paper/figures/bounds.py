@@ -4,7 +4,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.bounds import HOVER_S, BoundsFlight
+from companion.experiments.paper.results import PaperResults
+from companion.report.flight_data import Array
+from companion.report.pages.style import (
     AXES,
     L1,
     L1_NOISY,
@@ -17,9 +20,6 @@ from companion.experiments.pages.style import (
     say,
     thin,
 )
-from companion.experiments.paper.bounds import HOVER_S, BoundsFlight
-from companion.experiments.paper.results import PaperResults
-from companion.report.flight_data import Array
 
 SPEED_LIMIT_M_S = 3.0
 """Of the vehicle that is flown, by its file."""

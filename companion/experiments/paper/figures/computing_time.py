@@ -6,14 +6,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from companion.experiments.computing_time import WHAT, ComputingTime, MethodTime
-from companion.experiments.pages.style import (
+from companion.experiments.paper.results import PaperResults
+from companion.report.pages.style import (
     MPC_L1,
     MUTED,
     SMALL,
     new_figure,
     say,
 )
-from companion.experiments.paper.results import PaperResults
 
 _ROW_IN = 0.46
 

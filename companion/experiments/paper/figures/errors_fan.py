@@ -5,7 +5,12 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.figures.bars import Bar, Series, bar_of, draw_bars
+from companion.experiments.paper.results import PaperResults
+from companion.experiments.paper.scale import TRAJECTORIES
+from companion.experiments.paper.statistics import Spread, spread
+from companion.experiments.paper.tracking import Errors
+from companion.report.pages.style import (
     COLOURS,
     MPC_L1_FAN,
     MPC_PID_FAN,
@@ -15,11 +20,6 @@ from companion.experiments.pages.style import (
     new_figure,
     seeds_text,
 )
-from companion.experiments.paper.figures.bars import Bar, Series, bar_of, draw_bars
-from companion.experiments.paper.results import PaperResults
-from companion.experiments.paper.scale import TRAJECTORIES
-from companion.experiments.paper.statistics import Spread, spread
-from companion.experiments.paper.tracking import Errors
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 
 _CONTROLLERS = ("mpc-pid", "mpc-pid-joint", "mpc-l1")

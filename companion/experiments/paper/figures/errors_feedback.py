@@ -4,17 +4,17 @@ import math
 
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.figures.bars import Bar, Series, bar_of, draw_bars
+from companion.experiments.paper.results import PaperResults
+from companion.experiments.paper.scale import TRAJECTORIES
+from companion.experiments.paper.tracking import Errors
+from companion.report.pages.style import (
     COLOURS,
     legend_above,
     name_of,
     new_figure,
     seeds_text,
 )
-from companion.experiments.paper.figures.bars import Bar, Series, bar_of, draw_bars
-from companion.experiments.paper.results import PaperResults
-from companion.experiments.paper.scale import TRAJECTORIES
-from companion.experiments.paper.tracking import Errors
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 
 _CONTROLLERS = ("pid-l1", "lqr-l1", "mpc-l1")

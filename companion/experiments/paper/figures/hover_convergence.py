@@ -4,7 +4,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.changing_dynamics import HoverConvergence
+from companion.experiments.paper.results import PaperResults
+from companion.report.flight_data import Array
+from companion.report.pages.style import (
     INK,
     L1,
     L1_NOISY,
@@ -17,9 +20,6 @@ from companion.experiments.pages.style import (
     smooth,
     thin,
 )
-from companion.experiments.paper.changing_dynamics import HoverConvergence
-from companion.experiments.paper.results import PaperResults
-from companion.report.flight_data import Array
 
 _WINDOW_S = 5.0
 _SHOWN = (-3.0, 4.0)

@@ -4,7 +4,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.changing_dynamics import (
+    CONTROLLERS,
+    LOAD_AT_S,
+    TRAJECTORY,
+    LoadStep,
+)
+from companion.experiments.paper.figures.bars import Series, bar_of, draw_bars
+from companion.experiments.paper.results import PaperResults
+from companion.report.pages.style import (
     COLOURS,
     INK,
     MUTED,
@@ -16,14 +24,6 @@ from companion.experiments.pages.style import (
     smooth,
     thin,
 )
-from companion.experiments.paper.changing_dynamics import (
-    CONTROLLERS,
-    LOAD_AT_S,
-    TRAJECTORY,
-    LoadStep,
-)
-from companion.experiments.paper.figures.bars import Series, bar_of, draw_bars
-from companion.experiments.paper.results import PaperResults
 
 _MM = 1e3
 _WINDOW_S = 0.5

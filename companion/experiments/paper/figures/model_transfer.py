@@ -9,7 +9,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.results import PaperResults
+from companion.experiments.paper.scale import TRAJECTORIES
+from companion.report.pages.style import (
     INK,
     MUTED,
     ON_COLOUR,
@@ -17,8 +19,6 @@ from companion.experiments.pages.style import (
     new_figure,
     seeds_text,
 )
-from companion.experiments.paper.results import PaperResults
-from companion.experiments.paper.scale import TRAJECTORIES
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 
 _MM = 1e3

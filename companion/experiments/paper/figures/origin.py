@@ -5,16 +5,16 @@ import math
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.figures.bars import Bar, Series, draw_bars
+from companion.experiments.paper.origin import COSTS, SHIFT_ENU_M, TRAJECTORY, CostFigures
+from companion.experiments.paper.results import PaperResults
+from companion.report.pages.style import (
     MPC_L1,
     MPC_L1_FAN,
     legend_above,
     new_figure,
     percent,
 )
-from companion.experiments.paper.figures.bars import Bar, Series, draw_bars
-from companion.experiments.paper.origin import COSTS, SHIFT_ENU_M, TRAJECTORY, CostFigures
-from companion.experiments.paper.results import PaperResults
 
 _MM = 1e3
 _NAMES = {

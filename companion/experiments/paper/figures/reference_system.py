@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.results import PaperResults, ReferenceComparison
+from companion.report.pages.style import (
     AXES,
     COLOURS,
     L1,
@@ -18,7 +19,6 @@ from companion.experiments.pages.style import (
     say,
     thin,
 )
-from companion.experiments.paper.results import PaperResults, ReferenceComparison
 
 _NEAR = 2.5
 """A bound within this many times the curves' reach is drawn; a farther one would squash them."""

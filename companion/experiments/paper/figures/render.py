@@ -9,10 +9,10 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from companion.experiments.pages.style import SETTINGS
-from companion.experiments.pages.svg import svg_text
 from companion.experiments.paper.figures.registry import DRAWINGS, drawing
 from companion.experiments.paper.results import PaperResults
+from companion.report.pages.style import SETTINGS
+from companion.report.pages.svg import svg_text
 
 FOLDER = "figures"
 _DPI = 150

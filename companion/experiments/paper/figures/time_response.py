@@ -2,7 +2,9 @@
 
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.results import PaperResults
+from companion.experiments.paper.tracking import SHOWN
+from companion.report.pages.style import (
     AXES,
     COLOURS,
     SHOULD_BE,
@@ -11,8 +13,6 @@ from companion.experiments.pages.style import (
     say,
     thin,
 )
-from companion.experiments.paper.results import PaperResults
-from companion.experiments.paper.tracking import SHOWN
 
 _CONTROLLERS = ("pid-l1", "lqr-l1", "mpc-l1")
 

@@ -5,7 +5,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from companion.experiments.pages.style import (
+from companion.experiments.paper.figures.fans import Fan, fan_of
+from companion.experiments.paper.results import PaperResults
+from companion.report.flight_data import Array
+from companion.report.pages.style import (
     FAINT,
     INK,
     MUTED,
@@ -14,9 +17,6 @@ from companion.experiments.pages.style import (
     new_figure,
     say,
 )
-from companion.experiments.paper.figures.fans import Fan, fan_of
-from companion.experiments.paper.results import PaperResults
-from companion.report.flight_data import Array
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 
 _SMALLEST_SHARE = 0.45

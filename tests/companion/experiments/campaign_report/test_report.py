@@ -11,10 +11,10 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 import pytest
 
+from companion.commands.report import ReportRequest, run_report
 from companion.config.yaml_source import ConfigError
 from companion.experiments.campaign_report.read import read_campaign
 from companion.experiments.campaign_report.report import make_report
-from companion.report_command import ReportRequest, run_report
 from tests.companion.experiments.campaign_report.folders import (
     CONTROLLER,
     PARAMETERS,

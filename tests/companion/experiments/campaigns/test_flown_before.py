@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from companion.campaign_command import CampaignRequest, run_campaign_file
+from companion.commands.campaign import CampaignRequest, run_campaign_file
 from companion.config.yaml_source import ConfigError
 from companion.experiments.campaigns import flown_before
 from companion.experiments.campaigns.batches import batch_key_of

@@ -11,7 +11,7 @@ from pathlib import Path
 import pyarrow.parquet as parquet
 import pytest
 
-from companion.campaign_command import CampaignRequest, run_campaign_file
+from companion.commands.campaign import CampaignRequest, run_campaign_file
 from companion.config.yaml_source import ConfigError
 from companion.experiments import campaign
 from companion.experiments.campaign import CampaignInterruptedError
@@ -344,7 +344,7 @@ def test_an_interrupt_before_the_first_flight_leaves_nothing(request_of, out, mo
 KILLED = """
 import sys
 from pathlib import Path
-from companion.campaign_command import CampaignRequest, run_campaign_file
+from companion.commands.campaign import CampaignRequest, run_campaign_file
 from tests.companion.experiments.campaigns import stand_ins
 
 if __name__ == "__main__":

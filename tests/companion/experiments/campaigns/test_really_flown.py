@@ -6,7 +6,7 @@ from pathlib import Path
 import pyarrow.parquet as parquet
 import pytest
 
-from companion.campaign_command import CampaignRequest, run_campaign_file
+from companion.commands.campaign import CampaignRequest, run_campaign_file
 from companion.config.resolve import configs_folder
 from companion.config.yaml_source import ConfigError
 from companion.experiments.campaigns import cluster, parcel

@@ -11,7 +11,6 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from companion.config.resolve import load_flight
-from companion.experiments.pages.style import COLOURS, DARK, SETTINGS, percent, smooth, thin
 from companion.experiments.paper.figures import render
 from companion.experiments.paper.figures.bars import bar_of
 from companion.experiments.paper.figures.bounds import SPEED_LIMIT_M_S
@@ -21,6 +20,7 @@ from companion.experiments.paper.figures.render import draw_figures, draw_one
 from companion.experiments.paper.origin import CostFigures
 from companion.experiments.paper.scale import FULL, QUICK, VEHICLE
 from companion.experiments.paper.statistics import spread
+from companion.report.pages.style import COLOURS, DARK, SETTINGS, percent, smooth, thin
 from tests.companion.experiments.paper.factory import make_results, with_losses
 
 _LARGEST_SVG_BYTES = 400_000

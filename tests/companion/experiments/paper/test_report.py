@@ -8,13 +8,13 @@ from html.parser import HTMLParser
 
 import pytest
 
-from companion.experiments.pages.inline_svg import inline_svg
-from companion.experiments.pages.style import DARK, INK
 from companion.experiments.paper.figures.registry import DRAWINGS
 from companion.experiments.paper.figures.render import draw_figures
 from companion.experiments.paper.report import write_report
 from companion.experiments.paper.scale import FULL, QUICK
 from companion.experiments.paper.statistics import lost_text, millimetres, spread
+from companion.report.pages.inline_svg import inline_svg
+from companion.report.pages.style import DARK, INK
 from tests.companion.experiments.paper.factory import make_claims, make_results, with_losses
 
 _VOID = {"meta", "link", "br", "hr", "img", "input", "col", "source", "wbr"}

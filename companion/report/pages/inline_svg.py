@@ -3,7 +3,7 @@
 import html
 import re
 
-from companion.experiments.pages.style import DARK
+from companion.report.pages.style import DARK
 
 _VARIABLE = "figure-{}"
 

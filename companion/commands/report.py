@@ -12,7 +12,7 @@ from companion.experiments.campaign_report.read import read_campaign
 from companion.experiments.campaign_report.report import make_report
 from companion.experiments.campaign_report.terminal import tell
 from companion.experiments.campaign_report.written import report_object, write_tables
-from companion.experiments.pages.templating import need_page_library
+from companion.report.pages.templating import need_page_library
 
 _FOLDER = "report"
 _WIDTH = 80

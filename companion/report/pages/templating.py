@@ -5,9 +5,9 @@ from types import ModuleType
 from typing import Any
 
 from companion.experiments.flight_store import MissingExtraError
-from companion.experiments.pages.inline_svg import colour_rules
+from companion.report.pages.inline_svg import colour_rules
 
-_OURS = "companion.experiments.pages"
+_OURS = "companion.report.pages"
 
 
 def need_page_library() -> None:

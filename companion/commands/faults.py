@@ -31,11 +31,11 @@ from companion.experiments.faults.written import (
     faults_object,
     passed,
 )
-from companion.experiments.pages.templating import need_page_library
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.provenance import commit, version
 from companion.experiments.workers import default_jobs
 from companion.recording.whole_file import write_whole
+from companion.report.pages.templating import need_page_library
 
 _WIDE = 160
 _COLOURS = {"passed": "green", "failed": "bold red", "not flown": "dim"}

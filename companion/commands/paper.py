@@ -9,7 +9,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from companion.experiments.pages.templating import need_page_library
 from companion.experiments.paper.claims import judge_claims
 from companion.experiments.paper.export import write_results
 from companion.experiments.paper.report import draw_figures, write_report
@@ -19,6 +18,7 @@ from companion.experiments.paper.statistics import millimetres
 from companion.experiments.paper.study import run_study
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.workers import default_jobs
+from companion.report.pages.templating import need_page_library
 
 _WIDE = 120
 _COLOURS = {"reproduced": "green", "partly": "yellow", "not reproduced": "red"}
