@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import companion
+from companion.config.folders import configs_folder, shipped_names
 from companion.config.models import ControllerConfig, MissionConfig, VehicleConfig
 from companion.config.relief import ROBUST, switch_from, with_reliefs
 from companion.config.validation import validate
@@ -32,18 +32,6 @@ class FlightConfig:
     others: Mapping[str, ControllerConfig] = field(default_factory=dict)
     """Controllers that the flight may be handed over to: fallbacks, by what `fallback` says, and
     those of planned hand-overs, by what the mission calls them."""
-
-
-def configs_folder() -> Path:
-    """The shipped configurations: inside the installed package, or beside it in a checkout."""
-    package = Path(companion.__file__).parent
-    installed = package / "_configs"
-    return installed if installed.is_dir() else package.parent / "configs"
-
-
-def shipped_names(kind: str) -> list[str]:
-    """Names of the shipped configurations of a kind ("vehicle", "scenario", …), sorted."""
-    return sorted(path.stem for path in (configs_folder() / f"{kind}s").glob("*.yaml"))
 
 
 def find_config(kind: str, name: str, also: Iterable[str] = ()) -> Path:

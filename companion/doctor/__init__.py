@@ -1,0 +1,1 @@
+"""What `companion doctor` reads of a computer, and how it judges that."""
