@@ -65,11 +65,13 @@ def hover_text(model: type[BaseModel], name: str) -> str:
 def _explain(schema: dict[str, Any], model: type[BaseModel]) -> None:
     """Put the models' own words into the schema of one of them, in place."""
     schema["description"] = section_text(model)
-    for name, value in schema.get("properties", {}).items():
-        value["description"] = hover_text(model, name)
-        default = value.get("default")
-        if isinstance(default, dict) or (isinstance(default, float) and not math.isfinite(default)):
-            del value["default"]
+    for place in (schema, *schema.get("anyOf", ())):
+        for name, value in place.get("properties", {}).items():
+            value["description"] = hover_text(model, name)
+            default = value.get("default")
+            endless = isinstance(default, float) and not math.isfinite(default)
+            if isinstance(default, dict) or endless:
+                del value["default"]
 
 
 def _plain(value: Any) -> Any:  # noqa: ANN401 - whatever JSON can hold

@@ -15,7 +15,8 @@ class ForwardConfig(Section):
 
     url: str = Field(
         description="udpout://HOST:PORT sends to a client that listens (QGroundControl: 14550); "
-        "udpin:// and tcpin:// wait for clients."
+        "udpin:// and tcpin:// wait for clients.",
+        examples=["udpout://127.0.0.1:14550"],
     )
     remote: bool = Field(
         default=False,

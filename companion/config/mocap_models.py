@@ -55,7 +55,9 @@ class MocapConfig(Section):
     )
     max_rate_deg_s: NonNegative = Field(default=900.0, description="The same for its attitude.")
 
-    @field_validator("options", mode="before")
+    @field_validator(
+        "options", mode="before", json_schema_input_type=dict[str, str | bool | int | float]
+    )
     @classmethod
     def _texts(cls, value: object) -> object:
         if isinstance(value, dict):

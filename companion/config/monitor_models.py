@@ -18,7 +18,9 @@ class MonitorConfig(Section):
         default=True,
         description="Go down the ladder of controllers by it; false: it only shows and warns.",
     )
-    smoothing_s: Positive = 0.4
+    smoothing_s: Positive = Field(
+        default=0.4, description="Time constant of the means that the bounds are held against."
+    )
     y_tilde_share: Positive = Field(default=1.0, description="Of the controller's bound of |ỹ|.")
     sigma_share: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
         default=0.95, description="Of the projection's bound of |σ̂|."
@@ -42,8 +44,12 @@ class MonitorConfig(Section):
     calm: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
         default=0.75, description="Times its bound, all of them: calm enough for the way up."
     )
-    alarm_after_s: NonNegative = 0.15
-    ascend_after_s: Annotated[float, Field(ge=1.0)] = 5.0
+    alarm_after_s: NonNegative = Field(
+        default=0.15, description="Above a bound for this long: down to the next controller."
+    )
+    ascend_after_s: Annotated[float, Field(ge=1.0)] = Field(
+        default=5.0, description="Calm for this long: up to the one before."
+    )
     ascents: Annotated[int, Field(ge=0, le=10)] = Field(
         default=2, description="Ways back up in a flight, at most."
     )
@@ -53,10 +59,10 @@ class SwitchConfig(Section):
     """A hand-over that is planned."""
 
     at_s: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = Field(
-        description="Since the trajectory's start."
+        description="Since the trajectory's start.", examples=[8.0]
     )
     to: Annotated[str, Field(min_length=1)] = Field(
-        description="A controller's name or YAML file, or l1-off, l1-on."
+        description="A controller's name or YAML file, or l1-off, l1-on.", examples=["mpc-l1"]
     )
 
     @property
@@ -84,6 +90,7 @@ def _from_text(value: Any) -> Any:  # noqa: ANN401 - whatever a file says
     return {"at_s": at_s, "to": match["to"]}
 
 
-Switches = Annotated[
-    tuple[Annotated[SwitchConfig, BeforeValidator(_from_text)], ...], Field(strict=False)
+Switch = Annotated[
+    SwitchConfig, BeforeValidator(_from_text, json_schema_input_type=str | SwitchConfig)
 ]
+Switches = Annotated[tuple[Switch, ...], Field(strict=False)]

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from companion.config.base import NonNegative, PerAxis, Positive, Section
+from companion.config.units import unit
 
 Bandwidth = Annotated[float, Field(ge=0.5, le=20.0)]
 NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
@@ -13,7 +14,7 @@ NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], Fie
 class LagConfig(Section):
     """Learning of the attitude's lag in flight."""
 
-    forgetting_s: Positive = 4.0
+    forgetting_s: Positive = Field(default=4.0, description="What was seen longer ago counts less.")
     prior: Positive = Field(
         default=1.0,
         description="Excitation, (m/s³)² s, that weighs as much as what was identified.",
@@ -21,16 +22,18 @@ class LagConfig(Section):
     least_scale: Annotated[float, Field(ge=0.3, le=1.0)] = Field(
         default=0.6, description="Of the time constants of the attitude's response."
     )
-    greatest_scale: Annotated[float, Field(ge=1.0, le=3.0)] = 2.2
+    greatest_scale: Annotated[float, Field(ge=1.0, le=3.0)] = Field(
+        default=2.2, description="The same, upwards."
+    )
 
 
 class MismatchConfig(Section):
     """Learning of drag, tilt gain and heading in flight: how far each may be off, one sigma."""
 
-    forgetting_s: Positive = 8.0
-    drag_1_s: Positive = 0.2
-    gain: Positive = 0.1
-    heading_rad: Positive = 0.15
+    forgetting_s: Positive = Field(default=8.0, description="What was seen longer ago counts less.")
+    drag_1_s: Positive = Field(default=0.2, description="Of the linear drag per mass.")
+    gain: Positive = Field(default=0.1, description="Of the tilt gain, as a share.")
+    heading_rad: Positive = Field(default=0.15, description="Of the reported heading.")
     settling_s: Positive = Field(default=0.5, description="Low-pass on what was learnt.")
     farthest: Positive = Field(default=3.0, description="Standard deviations that each may go.")
 
@@ -38,10 +41,13 @@ class MismatchConfig(Section):
 class VerticalPlusConfig(Section):
     """Of the vertical axis where the autopilot's own loop flies the climb rate."""
 
-    bandwidth_rad_s: Bandwidth
-    rate_time_s: NonNegative
-    low_pass_rad_s: Positive
-    sigma_walk: Positive
+    bandwidth_rad_s: Bandwidth = Field(description="Of the feedback.")
+    rate_time_s: NonNegative = Field(description="τ: weight on the rate of the command.")
+    low_pass_rad_s: Positive = Field(description="C(s) on the adaptive estimate.")
+    sigma_walk: Positive = Field(
+        description="How quickly the disturbance is reckoned to change.",
+        json_schema_extra=unit("m/s² per √s"),
+    )
 
 
 class PlusConfig(Section):
@@ -55,7 +61,8 @@ class PlusConfig(Section):
     )
     low_pass_rad_s: PerAxis = Field(description="C(s) on the adaptive estimate.")
     sigma_walk: PerAxis = Field(
-        description="How quickly the disturbance is reckoned to change, m/s² per √s."
+        description="How quickly the disturbance is reckoned to change.",
+        json_schema_extra=unit("m/s² per √s"),
     )
     sigma_bound_m_s2: PerAxis = Field(default=(6.0, 6.0, 4.0), description="Of |σ̂|.")
     climb_rate: VerticalPlusConfig | None = Field(
@@ -65,15 +72,24 @@ class PlusConfig(Section):
     step_s: Annotated[float, Field(ge=0.01, le=0.1)] = Field(
         default=0.04, description="Step of the plan."
     )
-    horizon: Annotated[int, Field(ge=5, le=80)] = 25
+    horizon: Annotated[int, Field(ge=5, le=80)] = Field(
+        default=25, description="How many steps a plan looks ahead."
+    )
     tilt_rate_limit_rad_s: Annotated[float, Field(gt=0.0, le=8.0)] = Field(
         default=4.0, description="Hard; of the commanded tilt."
     )
     solver: Literal["osqp", "daqp"] = Field(
         default="osqp", description="daqp: exact and quicker; pip install 'companion[daqp]'."
     )
-    lag: LagConfig | None = LagConfig()
-    mismatch: MismatchConfig | None = MismatchConfig()
+    lag: LagConfig | None = Field(
+        default=LagConfig(),
+        description="Learning of the attitude's lag in flight; null: it is what was identified.",
+    )
+    mismatch: MismatchConfig | None = Field(
+        default=MismatchConfig(),
+        description="Learning of drag, tilt gain and heading in flight; null: they are what was "
+        "identified.",
+    )
     caution: Annotated[float, Field(gt=0.1, le=1.0)] = Field(
         default=0.6, description="On the bandwidths, in the variant that the monitor falls back to."
     )

@@ -17,8 +17,10 @@ class PreflightConfig(Section):
         description="Set the parameters that the check would have otherwise; restored after "
         "landing.",
     )
-    battery_refuse_below: Share = 0.15
-    battery_warn_below: Share = 0.35
+    battery_refuse_below: Share = Field(
+        default=0.15, description="A flight is refused with less of the charge, as a share of 1."
+    )
+    battery_warn_below: Share = Field(default=0.35, description="The same, for a warning.")
     thrust_field: Literal["any", "thrust", "climb_rate"] = Field(
         default="any", description="What the autopilot's thrust field must mean."
     )
@@ -26,6 +28,7 @@ class PreflightConfig(Section):
         default=(),
         description="Subjects of findings that refuse no flight, by the names that the check "
         "tells; they warn.",
+        examples=[["battery"]],
     )
 
     @model_validator(mode="after")

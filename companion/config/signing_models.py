@@ -14,6 +14,7 @@ class SigningConfig(Section):
         default=None,
         description="File of the key: 32 bytes, or 64 hexadecimal digits; readable by its owner "
         "alone. Without it the key is taken from COMPANION_SIGNING_KEY.",
+        examples=["signing.key"],
     )
     link_id: Annotated[int, Field(ge=0, le=255)] = Field(
         default=0,

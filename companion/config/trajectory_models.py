@@ -9,6 +9,7 @@ from typing import Annotated
 from pydantic import Field
 
 from companion.config.base import Section
+from companion.config.units import written
 
 _Coordinate = Annotated[float, Field(ge=-10_000.0, le=10_000.0)]
 Point = Annotated[
@@ -26,5 +27,5 @@ class TrajectoryConfig(Section):
     points: Annotated[tuple[Point, ...], Field(strict=False, min_length=2)] = Field(
         description="A list of [t, x, y, z]: seconds, which rise by 10 ms at least, and metres; x "
         "east, y north, z up, from where the mission puts the trajectory.",
-        json_schema_extra={"x-type": "list of [t, x, y, z], 2 at least"},
+        json_schema_extra=written("list of [t, x, y, z], 2 at least"),
     )

@@ -1,5 +1,7 @@
 """Units of the keys of YAML files: by the end of a key's name, or said where the name has none."""
 
+from typing import Any
+
 UNIT_KEY = "x-unit"
 """Of a field's `json_schema_extra`: its unit, where its name does not say it."""
 TYPE_KEY = "x-type"
@@ -36,6 +38,16 @@ _UNITS = {
     "w": "W",
 }
 """By the words at the end of a name; longer ones come first."""
+
+
+def unit(text: str) -> dict[str, Any]:
+    """What a field's `json_schema_extra` says of its unit."""
+    return {UNIT_KEY: text}
+
+
+def written(text: str) -> dict[str, Any]:
+    """What a field's `json_schema_extra` says of how it is written, in words."""
+    return {TYPE_KEY: text}
 
 
 def unit_of(name: str) -> str:

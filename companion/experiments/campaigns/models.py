@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
+    ConfigDict,
     Field,
     ValidationError,
     ValidatorFunctionWrapHandler,
@@ -12,6 +13,7 @@ from pydantic import (
 )
 
 from companion.config.base import Section
+from companion.config.units import written
 
 MOST_FLIGHTS = 1_000_000
 
@@ -53,14 +55,25 @@ Values = Annotated[tuple[_Choice, ...], Field(strict=False), AfterValidator(_not
 Method = Literal["grid", "latin-hypercube", "sobol"]
 
 
+def _or_list(schema: dict[str, Any]) -> None:
+    """Tell an editor that a list of choices may stand in the section's place."""
+    section = dict(schema)
+    schema.clear()
+    schema["anyOf"] = [{"type": "array", "minItems": 1}, section]
+
+
 class ParameterConfig(Section):
     """What varies: a list of choices, or a range from low to high."""
 
+    model_config = ConfigDict(json_schema_extra=_or_list)
+
     values: Values | None = Field(
-        default=None, description="The choices; a list in the parameter's place says the same."
+        default=None,
+        description="The choices; a list in the parameter's place says the same.",
+        json_schema_extra=written("list of values"),
     )
-    low: float | None = None
-    high: float | None = None
+    low: float | None = Field(default=None, description="Lower end of a range, itself included.")
+    high: float | None = Field(default=None, description="Upper end of a range.")
     log: bool = Field(default=False, description="Evenly spread in the logarithm.")
     integer: bool = Field(default=False, description="Whole numbers alone, both ends included.")
     steps: Annotated[int, Field(ge=2, le=100_000)] | None = Field(
@@ -97,7 +110,10 @@ class ParameterConfig(Section):
 class SampleConfig(Section):
     """How points are taken from the parameters' ranges."""
 
-    method: Method
+    method: Method = Field(
+        description="How points are spread over the ranges: every combination, or a sample "
+        "without gaps."
+    )
     points: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] | None = Field(
         default=None, description="How many; of a grid its lists and steps decide."
     )
@@ -115,21 +131,41 @@ class SampleConfig(Section):
 class BaseConfig(Section):
     """The flight that all others differ from by their parameters alone."""
 
-    controller: str = "mpc-l1"
-    trajectory: int | str = Field(default=4, description="1 … 5, or a CSV or YAML file.")
-    wind: str = "calm"
-    vehicle: str = "bebop2"
-    autopilot: Literal["auto", "px4", "ardupilot"] = "auto"
-    faults: str | dict[str, Any] | None = None
-    sensors: str | None = None
-    seed: Annotated[int, Field(ge=0)] = 1
+    controller: str = Field(default="mpc-l1", description="By name, or a YAML file.")
+    trajectory: int | str = Field(
+        default=4,
+        description="1 line, 2 circle, 3 tilted ellipse, 4 figure-eight, 5 rose; or a CSV or YAML "
+        "file.",
+        json_schema_extra=written("1 … 5, or a file's name"),
+    )
+    wind: str = Field(
+        default="calm",
+        description="A scenario by name (fan: that of the trajectory), or a YAML file.",
+    )
+    vehicle: str = Field(default="bebop2", description="By name, or a YAML file.")
+    autopilot: Literal["auto", "px4", "ardupilot"] = Field(
+        default="auto", description="Which the embedded shim is; auto is px4."
+    )
+    faults: str | dict[str, Any] | None = Field(
+        default=None,
+        description="What goes wrong on purpose: by name, a YAML file, or keys.",
+        examples=["bad-link"],
+    )
+    sensors: str | None = Field(
+        default=None,
+        description="A sensor profile in place of the vehicle's own, by name or a YAML file.",
+        examples=["mocap"],
+    )
+    seed: Annotated[int, Field(ge=0)] = Field(default=1, description="Of all noise of a flight.")
     flights: Literal["airborne", "whole"] = Field(
         default="airborne",
         description="airborne: the trajectory alone, beginning and ending in the air; whole: from "
         "take-off to landing.",
     )
     settings: dict[str, _Setting] = Field(
-        default={}, description="Keys as --set takes them (controller.mpc.horizon), with values."
+        default={},
+        description="Keys as --set takes them (controller.mpc.horizon), with values.",
+        json_schema_extra=written("keys with values"),
     )
 
 
@@ -146,13 +182,21 @@ class CampaignConfig(Section):
     keep: Literal["flights", "figures"] = Field(
         default="flights", description="Each flight's data as a file, or its row of figures alone."
     )
-    base: BaseConfig = BaseConfig()
-    sample: SampleConfig
-    parameters: Annotated[dict[str, ParameterConfig], Field(min_length=1)]
+    base: BaseConfig = Field(
+        default=BaseConfig(),
+        description="The flight that all others differ from by their parameters alone.",
+    )
+    sample: SampleConfig = Field(description="How points are taken from the parameters' ranges.")
+    parameters: Annotated[dict[str, ParameterConfig], Field(min_length=1)] = Field(
+        description="What varies, by name: plant.mass and other keys of the plant, wind, "
+        "trajectory, seed, or a key as --set takes it; each with a list of choices, or a range "
+        "from low to high (docs/campaigns.md)."
+    )
     each: dict[str, Values] = Field(
         default={},
         description="Choices each of which is flown at every point: controllers compared in the "
         "same conditions.",
+        json_schema_extra=written("keys with lists of values"),
     )
     seeds: Annotated[int, Field(ge=1, le=10_000)] | None = Field(
         default=None, description="Every point is flown with the seeds 1 … this many."
