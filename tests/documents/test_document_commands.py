@@ -1,0 +1,138 @@
+"""Every command that README and docs show is one that works: it is run as written, or, where that
+takes a vehicle, a cluster or many minutes, read by the command line as it is."""
+
+import contextlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+from typer.main import get_command
+
+from tests.documents.document_commands import DOCUMENTS, ROOT, Command, commands_of
+from tests.documents.vehicles import has_vehicle, vehicle_of
+
+PARSED_ONLY = (
+    # what is at the other end, or on the disk, is the reader's own
+    (r"--connect (?!udpin://127\.0\.0\.1:14540|tcpout:)", "a link of the reader's"),
+    (r"^companion (fly|identify|mocap)\b.*--connect\b", "flies; README's is run further down"),
+    (r"--vehicle \./|--mission (indoors|hover)|--name mine|--restore", "files of the reader's"),
+    (r"--scheduler\b", "a cluster of the reader's; tests/companion/experiments has one"),
+    (r"flights/20\d{6}-", "the log of a flight of the reader's"),
+    (r"\b(my-faults|my-table|own-table)\b", "a file of the reader's"),
+    (r"^companion (land|abort|resume)\b", "to a flight that runs; README's is run further down"),
+    (r"^companion (live|mocap)\b|^sitl-shim run\b", "goes on until it is ended"),
+    # minutes of both cores
+    (r"^companion paper\b|^companion tune\b", "minutes; tested with less to do"),
+    (r"^companion campaign (robustness|map|grid)\b", "minutes; `brief` is run"),
+    (r"campaigns/robustness", "of the campaign that takes minutes"),
+    (r"^companion faults(?! --only)", "minutes; with `--only` it is run"),
+    (r"--perturb\b|--whole\b", "minutes; tested with less to do"),
+    (r"^companion compare\b(?!.*--seeds 1\b)", "a minute; with one seed it is run"),
+    (r"^companion identify\b(?!.*--lockstep)", "two minutes of real time; in lockstep it is run"),
+    (r"^companion fly\b(?!.*(--lockstep|--traj 4$))", "a minute of real time; `--traj 4` is run"),
+    (r"^python examples/", "tests/examples does it"),
+    (r"^python benchmarks/|^python -m tools\.(soak|fuzz)", "minutes to hours"),
+    (r"^python -m tools\.", "writes into the checkout; the tools have tests of their own"),
+)
+"""Expressions of what is not run, and why."""
+
+CAUTION = ("check", "certify", "doctor", "replay")
+"""These end with 1 for a caution, or for setpoints of another controller."""
+
+
+def why_not_run(command: Command) -> str | None:
+    """Why a command is parsed only; None if it is run."""
+    if command.has_placeholder:
+        return "shows a form"
+    found = [why for pattern, why in PARSED_ONLY if re.search(pattern, command.text)]
+    return found[0] if found else None
+
+
+CONTINUED = {ROOT / "docs" / "campaigns.md": ROOT / "docs" / "campaign-report.md"}
+"""The second document's commands read what the first one's have made."""
+
+ALL = {document: commands_of(document) for document in DOCUMENTS}
+SHOWN = [command for commands in ALL.values() for command in commands]
+RUN = {
+    document: [command for command in commands if why_not_run(command) is None]
+    for document, commands in ALL.items()
+}
+
+
+def parse_by_typer(app: typer.Typer, argv: tuple[str, ...]) -> None:
+    """Read a command as the program does, and run nothing.
+
+    Raises:
+        click.ClickException: it is none, or has an option that there is not.
+    """
+    group = get_command(app)
+    with group.make_context(argv[0], list(argv[1:]), resilient_parsing=False) as context:
+        name, command, rest = group.resolve_command(
+            context, [*context._protected_args, *context.args]
+        )
+        command.make_context(name, rest, parent=context).close()
+
+
+@pytest.mark.parametrize("command", SHOWN, ids=lambda command: command.where)
+def test_a_command_that_is_shown_can_be_read_by_the_program(command: Command) -> None:
+    if command.program == "python":
+        module = re.search(r"-m ([\w.]+)", command.text)
+        path = module[1].replace(".", "/") if module else command.argv[1]
+        there = [ROOT / path, ROOT / f"{path}.py", ROOT / path / "__main__.py"]
+        assert any(p.is_file() for p in there), f"{command.where}: {path} is not there"
+        return
+    if command.program == "bash":
+        return
+    if command.program == "companion":
+        from companion.cli import app
+    else:
+        from sitl_shim.cli import app
+    if {"--help", "--version"} & set(command.argv):
+        return  # is run below: parsing it ends the program
+    parse_by_typer(app, command.argv)
+
+
+@pytest.mark.realtime
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize(
+    "document",
+    [d for d, commands in RUN.items() if commands and d not in CONTINUED.values()],
+    ids=lambda document: str(document.relative_to(ROOT)),
+)
+def test_the_commands_of_a_document_run_as_written(document: Path, tmp_path: Path) -> None:
+    """One after the other in one fresh folder, since later ones use what earlier ones made."""
+    commands = RUN[document] + RUN.get(CONTINUED.get(document, Path()), [])
+    bin_folder = str(Path(sys.executable).parent)
+    environment = os.environ | {
+        "PATH": f"{bin_folder}{os.pathsep}{os.environ['PATH']}",
+        "COLUMNS": "80",
+        "NO_COLOR": "1",
+    }
+    for command in commands:
+        assert shutil.which(command.program, path=environment["PATH"])
+        asked = has_vehicle(command.argv)
+        with vehicle_of(command.argv, tmp_path) if asked else contextlib.nullcontext():
+            done = subprocess.run(
+                ("bash", "-c", command.text),
+                cwd=tmp_path,
+                env=environment,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+        allowed = (0, 1) if command.argv[1] in CAUTION else (0,)
+        assert done.returncode in allowed, (
+            f"{command.where}: `{command.text}` ended with {done.returncode}:\n"
+            f"{done.stdout}\n{done.stderr}"
+        )
+
+
+def test_what_is_run_is_not_little() -> None:
+    """A rule that takes too much would let every document rot."""
+    run = sum(len(commands) for commands in RUN.values())
+    assert run >= 25, [command.text for commands in RUN.values() for command in commands]
