@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from companion.cli import options
+from companion.cli import completion, options
 from companion.cli.common import ExitStatus, bad_input
 
 
@@ -16,6 +16,7 @@ def campaign(
             help="The campaign: a YAML file, or a shipped one: robustness, grid, map, brief; with "
             "--point also the folder of one that was flown.",
             metavar="FILE",
+            autocompletion=completion.campaigns,
         ),
     ],
     scheduler: Annotated[

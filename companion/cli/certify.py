@@ -5,17 +5,20 @@ from typing import Annotated
 
 import typer
 
+from companion.cli import completion, options
 from companion.cli.common import ExitStatus, bad_input
 
 
 def certify(
     controller: Annotated[
         str,
-        typer.Argument(help="L1 controller or mpc-l1-plus, or a YAML file.", metavar="NAME|FILE"),
+        typer.Argument(
+            help="L1 controller or mpc-l1-plus, or a YAML file.",
+            metavar="NAME|FILE",
+            autocompletion=completion.certifiable,
+        ),
     ],
-    vehicle: Annotated[
-        str, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
-    ] = "bebop2",
+    vehicle: options.VehicleByDefault = "bebop2",
     rate: Annotated[
         float | None,
         typer.Option(help="Rate of the state's samples; 100 by default.", metavar="HZ"),
@@ -31,6 +34,7 @@ def certify(
             help="Set a key of the controller or the vehicle by controller.KEY or vehicle.KEY. "
             "May be repeated.",
             metavar="KEY=VALUE",
+            autocompletion=completion.settings,
         ),
     ] = None,
     out: Annotated[
@@ -40,9 +44,7 @@ def certify(
             metavar="DIR",
         ),
     ] = None,
-    json_output: Annotated[
-        bool, typer.Option("--json", help="Print one JSON object on stdout and nothing else.")
-    ] = False,
+    json_output: options.JsonOutput = False,
 ) -> None:
     """Check an L1 controller on a vehicle's stated dynamics: stability, L1 norms, bounds, margins.
 

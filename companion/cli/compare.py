@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from companion.cli import options
+from companion.cli import completion, options
 from companion.cli.common import ExitStatus, bad_input, number_or_file
 
 
@@ -16,15 +16,19 @@ def compare(
             help="Controllers, each by name or YAML file; A@VEHICLE.yaml flies A with what that "
             "file says of the vehicle; LABEL=A calls it so. Ratios are to the first.",
             metavar="[LABEL=]A[@VEHICLE] ...",
+            autocompletion=completion.contenders,
         ),
     ],
-    vehicle: Annotated[
-        str, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
-    ] = "bebop2",
+    vehicle: options.VehicleByDefault = "bebop2",
     autopilot: options.Autopilot = None,
     setpoint: options.SetpointKind = None,
     traj: Annotated[
-        str, typer.Option(help="Trajectories: 1 … 5 or files, with commas.", metavar="N,FILE,…")
+        str,
+        typer.Option(
+            help="Trajectories: 1 … 5 or files, with commas.",
+            metavar="N,FILE,…",
+            autocompletion=completion.trajectory_lists,
+        ),
     ] = "1,2,3,4,5",
     wind: Annotated[
         list[str] | None,
@@ -33,6 +37,7 @@ def compare(
             "gust-front, weak-motor), or a scenario's YAML file. May be "
             "repeated.",
             metavar="NAME|FILE",
+            autocompletion=completion.winds,
         ),
     ] = None,
     sensors: Annotated[
@@ -40,6 +45,7 @@ def compare(
         typer.Option(
             help="Sensors in place of the vehicle's own: mocap, gnss, ekf3, exact, or a file.",
             metavar="NAME|FILE",
+            autocompletion=completion.sensors,
         ),
     ] = None,
     perturb: Annotated[
@@ -49,6 +55,7 @@ def compare(
             "mass+20, mass-20, thrust+15, thrust-15, dragx2, delay+20ms, loss10, lag+50, slow+50, "
             "delay+40ms, combo. May be repeated.",
             metavar="NAME",
+            autocompletion=completion.one_of(completion.PERTURBATIONS),
         ),
     ] = None,
     seeds: Annotated[int, typer.Option(help="Flights of each kind, with seeds 1 … N.")] = 5,
@@ -59,7 +66,12 @@ def compare(
         ),
     ] = False,
     against: Annotated[
-        str, typer.Option(help="Errors against the truth, or the reported position.")
+        str,
+        typer.Option(
+            help="Errors against the truth, or the reported position.",
+            metavar="truth|reported",
+            autocompletion=completion.one_of(("truth", "reported")),
+        ),
     ] = "truth",
     setting: options.Settings = None,
     jobs: Annotated[

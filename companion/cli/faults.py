@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from companion.cli import options
+from companion.cli import completion, options
 from companion.cli.common import ExitStatus, bad_input
 
 
@@ -16,10 +16,19 @@ def faults(
     ] = None,
     only: Annotated[
         list[str] | None,
-        typer.Option(help="Rows by name, or by a part of it. May be repeated.", metavar="ROW"),
+        typer.Option(
+            help="Rows by name, or by a part of it. May be repeated.",
+            metavar="ROW",
+            autocompletion=completion.fault_rows,
+        ),
     ] = None,
     autopilot: Annotated[
-        str, typer.Option(help="px4, ardupilot, or both.", metavar="NAME")
+        str,
+        typer.Option(
+            help="px4, ardupilot, or both.",
+            metavar="NAME",
+            autocompletion=completion.one_of(("px4", "ardupilot", "both")),
+        ),
     ] = "both",
     jobs: Annotated[
         int | None, typer.Option(help="Processes; by default one for each processor.")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from companion.cli import options
+from companion.cli import completion, options
 from companion.cli.common import ExitStatus, bad_input
 
 
@@ -30,7 +30,9 @@ def identify(
     log: Annotated[
         Path | None,
         typer.Option(
-            help="Fly nothing: identify from the log of such a flight once more.", metavar="DIR"
+            help="Fly nothing: identify from the log of such a flight once more.",
+            metavar="DIR",
+            autocompletion=completion.logs,
         ),
     ] = None,
     box: Annotated[
@@ -46,14 +48,8 @@ def identify(
     name: Annotated[
         str | None, typer.Option(help="What the files call the vehicle.", metavar="NAME")
     ] = None,
-    wind: Annotated[
-        str | None,
-        typer.Option(help="Wind of the embedded shim, as of fly.", metavar="NAME|FILE"),
-    ] = None,
-    sensors: Annotated[
-        str | None,
-        typer.Option(help="Sensors of the embedded shim, as of fly.", metavar="NAME|FILE"),
-    ] = None,
+    wind: options.Wind = None,
+    sensors: options.Sensors = None,
     mocap: options.MocapSystem = None,
     seed: Annotated[
         int | None, typer.Option(help="Seed of all noise of the embedded shim.")

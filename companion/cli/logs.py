@@ -5,20 +5,25 @@ from typing import Annotated
 
 import typer
 
-from companion.cli import options
+from companion.cli import completion, options
 from companion.cli.common import bad_input
 
 
 def replay(
     log: Annotated[
         Path,
-        typer.Argument(help="A flight's folder, or one of its two files.", metavar="LOG"),
+        typer.Argument(
+            help="A flight's folder, or one of its two files.",
+            metavar="LOG",
+            autocompletion=completion.logs,
+        ),
     ],
     controller: Annotated[
         str | None,
         typer.Option(
             help="Ask what this controller would have sent: by name, or its YAML file.",
             metavar="NAME|FILE",
+            autocompletion=completion.controllers,
         ),
     ] = None,
     out: Annotated[
@@ -46,7 +51,11 @@ def replay(
 def recover(
     log: Annotated[
         Path,
-        typer.Argument(help="A log (.tlog or .mcap), or a flight's folder.", metavar="LOG"),
+        typer.Argument(
+            help="A log (.tlog or .mcap), or a flight's folder.",
+            metavar="LOG",
+            autocompletion=completion.logs,
+        ),
     ],
     out: Annotated[
         Path | None,

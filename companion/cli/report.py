@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from companion.cli import options
+from companion.cli import completion, options
 from companion.cli.common import bad_input
 
 
@@ -13,7 +13,9 @@ def report(
     campaign: Annotated[
         Path,
         typer.Argument(
-            help="Folder that `companion campaign` wrote, finished or not.", metavar="CAMPAIGN_DIR"
+            help="Folder that `companion campaign` wrote, finished or not.",
+            metavar="CAMPAIGN_DIR",
+            autocompletion=completion.campaign_folders,
         ),
     ],
     out: Annotated[

@@ -4,9 +4,17 @@ from typing import Annotated
 
 import typer
 
+from companion.cli import completion
 from companion.cli.common import bad_input
 
-_Pid = Annotated[int | None, typer.Option(help="Process id of the flight, if several are running.")]
+_Pid = Annotated[
+    int | None,
+    typer.Option(
+        help="Process id of the flight, if several are running.",
+        metavar="PID",
+        autocompletion=completion.running_flights,
+    ),
+]
 
 
 def land(pid: _Pid = None) -> None:

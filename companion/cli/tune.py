@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from companion.cli import completion, options
 from companion.cli.common import ExitStatus, bad_input, number_or_file
 
 
@@ -15,14 +16,18 @@ def tune(
             help="Baseline whose gains are searched: pid-l1, lqr-l1, pid, mpc-pid, or its YAML "
             "file, which then gives everything but the gains.",
             metavar="CONTROLLER",
+            autocompletion=completion.one_of(completion.TUNED),
         ),
     ],
     traj: Annotated[
-        str, typer.Option(help="Trajectory: 1 … 5, or a CSV or YAML file.", metavar="N|FILE")
+        str,
+        typer.Option(
+            help="Trajectory: 1 … 5, or a CSV or YAML file.",
+            metavar="N|FILE",
+            autocompletion=completion.trajectories,
+        ),
     ] = "4",
-    vehicle: Annotated[
-        str, typer.Option(help="Vehicle by name, or its YAML file.", metavar="NAME|FILE")
-    ] = "bebop2",
+    vehicle: options.VehicleByDefault = "bebop2",
     budget: Annotated[
         int, typer.Option(help="Sets of gains in all, shared by the starts; two flights each.")
     ] = 300,
@@ -32,6 +37,7 @@ def tune(
         typer.Option(
             help="What is tuned: gains; of mpc-pid, flown with its MPC, its model or the whole.",
             metavar="PART",
+            autocompletion=completion.one_of(completion.PARTS),
         ),
     ] = "gains",
     seed: Annotated[int, typer.Option(help="Seed of the search and of the flights.")] = 1,

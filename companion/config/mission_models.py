@@ -151,6 +151,13 @@ class MissionConfig(Section):
         "(mocap, gnss, ekf3, exact) or a YAML file.",
         examples=["mocap"],
     )
+    plant: str | None = Field(
+        default=None,
+        description="A plant file (YAML) of the embedded shim: a simulated vehicle of one's own, "
+        "in"
+        "in place of the one of the vehicle's name.",
+        examples=["plant.yaml"],
+    )
     seed: Annotated[int, Field(ge=0, lt=2**32)] = Field(
         default=0,
         description="Of all noise of the embedded shim; the same seed gives the same flight in "

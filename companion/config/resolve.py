@@ -149,7 +149,7 @@ def _read_mission(path: Path) -> Source:
     """The mission with its paths made relative to where one is."""
     source = read_yaml(path)
     data = dict(source.data)
-    for key in ("trajectory", "vehicle", "controller", "wind", "faults", "sensors"):
+    for key in ("trajectory", "vehicle", "controller", "wind", "faults", "sensors", "plant"):
         value = data.get(key)
         if isinstance(value, str) and value and (key == "trajectory" or value.endswith(_SUFFIXES)):
             data[key] = str(path.parent / value)
