@@ -7,6 +7,8 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -97,6 +99,19 @@ def test_a_command_that_is_shown_can_be_read_by_the_program(command: Command) ->
     parse_by_typer(app, command.argv)
 
 
+@pytest.fixture
+def environment() -> Iterator[dict[str, str]]:
+    """Of a reader: this installation, a narrow terminal, and no other flights than theirs."""
+    programs = str(Path(sys.executable).parent)
+    with tempfile.TemporaryDirectory() as sockets:
+        yield os.environ | {
+            "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}",
+            "XDG_RUNTIME_DIR": sockets,
+            "COLUMNS": "80",
+            "NO_COLOR": "1",
+        }
+
+
 @pytest.mark.realtime
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize(
@@ -104,15 +119,11 @@ def test_a_command_that_is_shown_can_be_read_by_the_program(command: Command) ->
     [d for d, commands in RUN.items() if commands and d not in CONTINUED.values()],
     ids=lambda document: str(document.relative_to(ROOT)),
 )
-def test_the_commands_of_a_document_run_as_written(document: Path, tmp_path: Path) -> None:
+def test_the_commands_of_a_document_run_as_written(
+    document: Path, tmp_path: Path, environment: dict[str, str]
+) -> None:
     """One after the other in one fresh folder, since later ones use what earlier ones made."""
     commands = RUN[document] + RUN.get(CONTINUED.get(document, Path()), [])
-    bin_folder = str(Path(sys.executable).parent)
-    environment = os.environ | {
-        "PATH": f"{bin_folder}{os.pathsep}{os.environ['PATH']}",
-        "COLUMNS": "80",
-        "NO_COLOR": "1",
-    }
     for command in commands:
         assert shutil.which(command.program, path=environment["PATH"])
         asked = has_vehicle(command.argv)
@@ -130,6 +141,37 @@ def test_the_commands_of_a_document_run_as_written(document: Path, tmp_path: Pat
             f"{command.where}: `{command.text}` ended with {done.returncode}:\n"
             f"{done.stdout}\n{done.stderr}"
         )
+
+
+@pytest.mark.realtime
+@pytest.mark.timeout(300)
+def test_a_vehicle_of_the_readers_flies_and_lands_by_the_commands_of_the_readme(
+    tmp_path: Path, environment: dict[str, str]
+) -> None:
+    commands = [c for c in ALL[ROOT / "README.md"] if c.program == "companion"]
+    fly = next(c for c in commands if c.argv[1] == "fly" and has_vehicle(c.argv))
+    land = next(c for c in commands if c.argv[1] == "land")
+    where = {"cwd": tmp_path, "env": environment, "text": True}
+    with (
+        vehicle_of(fly.argv, tmp_path),
+        subprocess.Popen(
+            ("bash", "-c", fly.text), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **where
+        ) as flight,
+    ):
+        assert flight.stdout is not None
+        told = []
+        for line in flight.stdout:
+            told.append(line)
+            if " approach" in line:
+                break
+        answer = subprocess.run(
+            ("bash", "-c", land.text), capture_output=True, check=False, **where
+        )
+        told += flight.stdout
+        ended = flight.wait()
+    assert answer.returncode == 0, answer.stdout + answer.stderr + "".join(told)
+    assert ended == 0, "".join(told)
+    assert re.search(r"^outcome +landed", "".join(told), re.MULTILINE), "".join(told)
 
 
 def test_what_is_run_is_not_little() -> None:
