@@ -54,25 +54,36 @@ class ChannelSpec:
     description: str = ""
 
 
+def measure_of(name: str) -> str:
+    """Unit that a field's name says; empty if it says none."""
+    return next((unit for suffix, unit in _UNITS if name.endswith(suffix)), "")
+
+
+def frame_of(name: str) -> str:
+    """Frame that a field's name says, in words; empty if it says none."""
+    return next((frame for part, frame in _FRAMES if part in name), "")
+
+
 def unit_of(name: str) -> str:
     """Unit and frame that a field's name says, in words; empty if it says none."""
-    words = [unit for suffix, unit in _UNITS if name.endswith(suffix)][:1]
-    words += [frame for part, frame in _FRAMES if part in name][:1]
-    return ", ".join(words)
+    return ", ".join(word for word in (measure_of(name), frame_of(name)) if word)
 
 
 def json_schema(spec: ChannelSpec) -> dict[str, Any]:
-    """JSON Schema of a channel's records, as Foxglove reads it.
+    """JSON Schema of a channel's records, in the part of the language that Foxglove reads.
 
-    A number that was not finite is null in the log; the types say `number` alone all the same,
-    since readers of schemas take no list of types.
+    Foxglove wants one type for each property, and properties for each object; it refuses the
+    whole channel otherwise.  So a field of any kind is left out, which a schema may do, and a
+    number that was not finite, null in the log, is marked as OpenAPI does: `nullable`.
     """
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": spec.topic,
         "description": spec.description,
         "type": "object",
-        "properties": {field.name: _property(field) for field in spec.fields},
+        "properties": {
+            field.name: _property(field) for field in spec.fields if field.kind != "any"
+        },
     }
 
 
@@ -86,11 +97,13 @@ def spec_from_record(topic: str, record: Mapping[str, Any]) -> ChannelSpec:
 def _property(field: Field) -> dict[str, Any]:
     unit = unit_of(field.name)
     text = field.description + (f" [{unit}]" if unit else "")
-    schema: dict[str, Any] = {"description": text.strip()}
-    if field.kind != "any":
-        schema["type"] = field.kind
-    if field.kind == "array":
-        schema["items"] = {"type": "number"}
+    schema: dict[str, Any] = {"description": text.strip(), "type": field.kind}
+    if field.kind == "number":
+        schema["nullable"] = True
+    elif field.kind == "array":
+        schema["items"] = {"type": "number", "nullable": True}
+    elif field.kind == "object":
+        schema["properties"] = {}
     return schema
 
 

@@ -9,7 +9,7 @@ import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 from companion.recording.append_file import AppendFile
 
@@ -17,6 +17,8 @@ TIME = struct.Struct(">Q")
 """Microseconds since 1970, before each packet."""
 _HEAD_BYTES = 3
 """Of a packet, by which its length is known."""
+_LONGEST_RECORD = TIME.size + 12 + 255 + 13
+_BLOCK = 1 << 20
 _LINK_BITS = 3
 _SENT = 1
 
@@ -84,31 +86,48 @@ class TlogWriter:
 def read_tlog(path: str | os.PathLike[str]) -> Iterator[TlogRecord]:
     """Records of a log, in order; a record cut off at the end, or zeros there, are left out.
 
+    The file is read in pieces: a long one takes no more memory than a short one.
+
     Raises:
         OSError: the file cannot be read.
         ValueError: it is no tlog, or is damaged in the middle.
     """
-    data = Path(path).read_bytes()
-    position = 0
-    while position + TIME.size + _HEAD_BYTES <= len(data):
-        start = position + TIME.size
-        length = packet_length(data, start)
-        if length is None:
-            if not data[position:].strip(b"\0"):
-                return  # a power cut leaves zeros where the last write was under way
-            raise ValueError(
-                f"{path}: no MAVLink packet at byte {start}; this is no whole tlog. "
-                f"`companion recover {path}` saves what is whole."
+    with Path(path).open("rb") as file:
+        data = file.read(_BLOCK)
+        before = position = 0
+        while True:
+            if len(data) - position < _LONGEST_RECORD and (block := file.read(_BLOCK)):
+                before += position
+                data = data[position:] + block
+                position = 0
+            if position + TIME.size + _HEAD_BYTES > len(data):
+                return
+            start = position + TIME.size
+            length = packet_length(data, start)
+            if length is None:
+                if not data[position:].strip(b"\0") and _only_zeros(file):
+                    return  # a power cut leaves zeros where the last write was under way
+                raise ValueError(
+                    f"{path}: no MAVLink packet at byte {before + start}; this is no whole tlog. "
+                    f"`companion recover {path}` saves what is whole."
+                )
+            if start + length > len(data):
+                return
+            time_us: int = TIME.unpack_from(data, position)[0]
+            yield TlogRecord(
+                time_us & ~_LINK_BITS,
+                time_us & _LINK_BITS == _SENT,
+                data[start : start + length],
             )
-        if start + length > len(data):
-            return
-        time_us: int = TIME.unpack_from(data, position)[0]
-        yield TlogRecord(
-            time_us & ~_LINK_BITS,
-            time_us & _LINK_BITS == _SENT,
-            data[start : start + length],
-        )
-        position = start + length
+            position = start + length
+
+
+def _only_zeros(file: BinaryIO) -> bool:
+    """True if nothing but zeros comes from here on."""
+    while block := file.read(_BLOCK):
+        if block.strip(b"\0"):
+            return False
+    return True
 
 
 def packet_length(data: bytes, start: int) -> int | None:

@@ -313,7 +313,7 @@ class TestSchema:
             "note": "string",
         }
         assert properties["position_enu_m"]["description"] == "[m, world frame ENU]"
-        assert properties["position_enu_m"]["items"] == {"type": "number"}
+        assert properties["position_enu_m"]["items"] == {"type": "number", "nullable": True}
         assert properties["note"]["description"] == "what a person should know"
         assert "w, x, y, z" in properties["attitude_flu_to_enu"]["description"]
         assert schema["type"] == "object"

@@ -1,0 +1,1 @@
+"""A flight's logs in other programs' files: tables (Parquet, CSV), Foxglove, rerun."""
