@@ -130,7 +130,13 @@ def default_text(field: FieldInfo) -> str:
 
 def yaml_text(value: object) -> str:
     """A plain value as YAML on one line."""
-    text = yaml.safe_dump(_with_lists(value), default_flow_style=True, width=_ONE_LINE)
+    text = yaml.safe_dump(
+        _with_lists(value),
+        default_flow_style=True,
+        width=_ONE_LINE,
+        allow_unicode=True,
+        sort_keys=False,
+    )
     return text.removesuffix("\n").removesuffix("...").rstrip()
 
 

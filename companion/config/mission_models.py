@@ -154,7 +154,6 @@ class MissionConfig(Section):
     plant: str | None = Field(
         default=None,
         description="A plant file (YAML) of the embedded shim: a simulated vehicle of one's own, "
-        "in"
         "in place of the one of the vehicle's name.",
         examples=["plant.yaml"],
     )
@@ -166,7 +165,7 @@ class MissionConfig(Section):
     connect: str | None = Field(
         default=None,
         description="Link to a real autopilot, in place of the embedded shim: udpin://HOST:PORT, "
-        "udpout://HOST:PORT, tcp://HOST:PORT, serial://DEVICE:BAUD.",
+        "udpout://HOST:PORT, tcpout://HOST:PORT, serial:///dev/DEVICE:BAUD.",
         examples=["udpin://127.0.0.1:14540"],
     )
     link: LinkConfig = Field(

@@ -43,6 +43,8 @@ def template(
 def facts_of(key: KeyDescription) -> str:
     """Unit, limits, choices and default of a key, in one line."""
     default = "" if key.sections or not key.default else f"default: {key.default}"
+    if default == "default: null":
+        default = "none by default"
     choices = f"one of {', '.join(key.choices)}" if key.choices else ""
     kind = "" if key.choices or key.sections else key.type
     return "; ".join(part for part in (kind, key.unit, key.limits, choices, default) if part)
@@ -52,7 +54,9 @@ def _lines(key: KeyDescription, values: Mapping[str, Any], depth: int) -> list[s
     """A key with its comment, and what is below it."""
     live = key.name in values
     value = values.get(key.name)
-    lines = _comment(key, depth)
+    lines = _comment(key, depth, live=live)
+    if live and isinstance(value, str) and len(value) > _WIDTH:
+        return [*lines, f"{_STEP * depth}{key.name}: >-", *_folded(value, depth + 1)]
     if not key.sections:
         shown = yaml_text(value) if live else key.example or key.default or "…"
         return [*lines, f"{_STEP * depth}{'' if live else '#'}{key.name}: {shown}"]
@@ -68,18 +72,27 @@ def _lines(key: KeyDescription, values: Mapping[str, Any], depth: int) -> list[s
     return lines
 
 
-def _comment(key: KeyDescription, depth: int) -> list[str]:
-    optional = " Left out by default." if key.sections and key.default == "null" else ""
+def _comment(key: KeyDescription, depth: int, *, live: bool = False) -> list[str]:
+    is_left_out = key.sections and key.default == "null" and not live
+    optional = " Left out by default." if is_left_out else ""
     facts = facts_of(key)
     section = key.sections[0].text if key.sections and not key.text else ""
     text = f"{key.text or section}{optional}"
-    told = " ".join(part for part in (text, f"({facts})" if facts else "") if part)
+    told = f"({facts})" if facts else ""
     width = _WIDTH - len(_STEP) * depth - 2
+    together = f"{text} {told}".strip()
+    lines = [together] if len(together) <= width else [*text.split("\n"), told]
     return [
         f"{_STEP * depth}# {line}"
-        for paragraph in told.split("\n")
+        for paragraph in lines
         for line in textwrap.wrap(paragraph, width, break_long_words=False, break_on_hyphens=False)
     ]
+
+
+def _folded(text: str, depth: int) -> list[str]:
+    """A long text as YAML folds it: its lines are joined by spaces when it is read."""
+    width = _WIDTH - len(_STEP) * depth
+    return [f"{_STEP * depth}{line}" for line in textwrap.wrap(text, width)]
 
 
 def _entry(key: KeyDescription, depth: int, mark: str) -> list[str]:
