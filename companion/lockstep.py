@@ -22,10 +22,12 @@ from companion.flight.experiment import Experiment
 from companion.flight.inbox import Inbox
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
+from companion.flight.own_parts import OwnController
 from companion.flight.setpoints.placement import PlacedTrajectory, place
 from companion.flight.shim_process import ShimOptions, with_state_rate
 from companion.flight.signals import commands_by_signal
 from companion.flight.stages.crew import FlightScope
+from companion.frames import Vector3
 from companion.link.memory import MemoryLink
 from companion.mavlink.signing import Signing
 from companion.mocap.bridge import MocapBridge
@@ -39,6 +41,9 @@ _BOOT_UNIX_S = datetime(2020, 1, 1, tzinfo=UTC).timestamp()
 Aftermath = Callable[[bytes, float], bool]
 """Told each datagram from the shim, with the loop's time, once the companion is gone; True when it
 has seen enough."""
+
+OwnWind = Callable[[float, Vector3], Vector3]
+"""Velocity of the air (ENU, m/s) at a time (s since the vehicle's boot) and a place (ENU, m)."""
 
 Tap = Callable[[bytes], bytes]
 """Takes a datagram on its way and gives what arrives in its place; the loop's clock is running."""
@@ -61,6 +66,9 @@ def fly_in_lockstep(
     experiment: Experiment | None = None,
     aftermath: Aftermath | None = None,
     aftermath_s: float = 30.0,
+    own: OwnController | None = None,
+    own_wind: OwnWind | None = None,
+    replayable: bool = True,
 ) -> Outcome:
     """Fly the embedded shim in simulated time, as fast as the processor allows.
 
@@ -84,9 +92,13 @@ def fly_in_lockstep(
         aftermath: goes on watching the vehicle when the companion has ended its flight, and says
             nothing to it; None: all ends at once.
         aftermath_s: for at most this long.
+        own: a controller of one's own, in the place of the configured one.
+        own_wind: blows beside the scenario's wind; asked every 4 ms, at times that never go back.
+        replayable: False if the trajectory is in no file.
 
     Raises:
         ShimRefusedError: the shim can't simulate what it was asked for.
+        Exception: whatever `own_wind` raises.
     """
     return run_in_virtual_time(
         _fly(
@@ -105,6 +117,9 @@ def fly_in_lockstep(
             experiment,
             aftermath,
             aftermath_s,
+            own,
+            own_wind,
+            replayable,
         )
     )
 
@@ -150,12 +165,15 @@ async def _fly(
     experiment: Experiment | None,
     aftermath: Aftermath | None,
     aftermath_s: float,
+    own: OwnController | None,
+    own_wind: OwnWind | None,
+    replayable: bool,
 ) -> Outcome:
     first = _first_point(config, trajectory) if airborne else None
     mocap = _motion_capture(config)
     on_frame = None if mocap is None else _cameras(mocap, from_cameras)
     async with _embedded(
-        config, options, signing_key, from_shim, to_shim, first, on_frame=on_frame
+        config, options, signing_key, from_shim, to_shim, first, on_frame, own_wind
     ) as way:
         with commands_by_signal(inbox, observer):
             outcome = await conduct(
@@ -171,6 +189,8 @@ async def _fly(
                 signing=way.signing,
                 mocap=mocap,
                 experiment=experiment,
+                own=own,
+                replayable=replayable,
             )
         if aftermath is not None:
             await _watch(way.link, aftermath, aftermath_s)
@@ -237,6 +257,7 @@ async def _embedded(
     to_shim: Tap | None,
     airborne_at_enu_m: tuple[float, float, float] | None = None,
     on_frame: Callable[[bytes], None] | None = None,
+    own_wind: OwnWind | None = None,
 ) -> AsyncIterator[_Way]:
     """Run a shim, with an open link to it.
 
@@ -263,6 +284,7 @@ async def _embedded(
                 faults=options.faults,
                 signing_key=options.signing_key,
                 airborne_at_enu_m=airborne_at_enu_m,
+                own_wind=own_wind,
             ),
             _tapped(link.receive, from_shim),
             on_frame=on_frame,

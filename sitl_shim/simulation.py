@@ -21,7 +21,16 @@ from sitl_shim.sensors.aiding import ExternalPose, nothing_of
 from sitl_shim.sensors.estimator import Estimate
 from sitl_shim.sensors.heading_error import turned
 from sitl_shim.sensors.profile import load_profile
-from sitl_shim.wind import Moments, load_scenario, make_wind
+from sitl_shim.wind import (
+    Moments,
+    OwnWind,
+    OwnWindFunction,
+    Scenario,
+    SumOfWinds,
+    Wind,
+    load_scenario,
+    make_wind,
+)
 from sitl_shim.wind.happened import Happened, awaits_setpoints, happened
 
 _BATTERY_PERIOD_US = 100_000
@@ -57,6 +66,8 @@ class ShimOptions:
     """Whether the simulator's truth is streamed (from component 240) on the onboard link."""
     signing_key: bytes | None = field(default=None, repr=False)
     """32 bytes, with which packets are signed and must be signed; None: they need not be."""
+    own_wind: OwnWindFunction | None = field(default=None, repr=False)
+    """Blows beside the scenario's winds; only for a simulation within the caller's process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +106,7 @@ class Simulation:
         self._awaits_setpoints = awaits_setpoints(scenario) or self.faults.await_setpoints
         self._plant = Plant(
             self.vehicle,
-            make_wind(scenario, options.seed, self.moments),
+            _wind(scenario, options, self.moments),
             seed=options.seed,
             step_s=TICK_S,
             airborne_at_enu_m=airborne,
@@ -261,3 +272,11 @@ class Simulation:
         found.sort(key=lambda event: event.time_s)
         told = [replace(event, time_s=self.clock.stamp_s(event.time_s)) for event in found]
         return told if self._befalls is None else told + self._befalls.happened
+
+
+def _wind(scenario: Scenario, options: ShimOptions, moments: Moments) -> Wind:
+    """All that blows."""
+    wind = make_wind(scenario, options.seed, moments)
+    if options.own_wind is None:
+        return wind
+    return SumOfWinds((wind, OwnWind(options.own_wind)))

@@ -123,7 +123,7 @@ def make_stack(
             controller,
             vehicle,
             mission,
-            _thrust_law(controller.thrust, vehicle, thrust),
+            thrust_law(controller.thrust, vehicle, thrust),
             thrust,
             attitude_gains(vehicle) if mission.setpoint == "rates" else None,
             make_solver or _solver("plus", controller.plus.solver),
@@ -157,7 +157,7 @@ def make_paper_stack(
     return Stack(
         outer=_outer(controller, vehicle, mission, make_solver),
         inner=_inner(controller, vehicle),
-        thrust=_thrust_law(controller.thrust, vehicle, thrust),
+        thrust=thrust_law(controller.thrust, vehicle, thrust),
         yaw=YawGains(controller.yaw.gain, controller.yaw.rate_limit_rad_s),
         limits=Limits(math.radians(vehicle.tilt_limit_deg), climb, descent),
         attitude_loop=attitude_gains(vehicle) if mission.setpoint == "rates" else None,
@@ -201,7 +201,8 @@ def attitude_gains(vehicle: VehicleConfig) -> AttitudeGains:
     )
 
 
-def _thrust_law(loop: ThrustConfig, vehicle: VehicleConfig, meaning: ThrustMeaning) -> ThrustLaw:
+def thrust_law(loop: ThrustConfig, vehicle: VehicleConfig, meaning: ThrustMeaning) -> ThrustLaw:
+    """What makes the thrust field, by what the autopilot makes of it."""
     if meaning.kind == "climb_rate":
         return ClimbRateField(meaning.climb_m_s, meaning.descent_m_s)
     collective = CollectiveThrust(

@@ -72,6 +72,11 @@ def shim_options(config: FlightConfig, *, lockstep: bool) -> ShimOptions | None:
                 "--sensors belongs to the embedded shim; with --connect the vehicle has its own. "
                 "Leave one of the two out (`sensors` and `connect` in a mission file)."
             )
+        if mission.plant is not None:
+            raise ConfigError(
+                "`plant` belongs to the embedded shim; with --connect the vehicle is a real one. "
+                "Leave one of the two out."
+            )
         if mission.faults is not None:
             raise ConfigError(
                 "--faults belongs to the embedded shim; a real vehicle is not hurt on purpose. "

@@ -24,6 +24,7 @@ from companion.flight.inbox import Inbox
 from companion.flight.log_keeper import log_keeper
 from companion.flight.motion_capture import MotionCapture
 from companion.flight.observer import Observer
+from companion.flight.own_parts import OwnController, own_stacks
 from companion.flight.records import CONFIGURATION
 from companion.flight.setpoints import inputs
 from companion.flight.setpoints.control_loop import ControlLoop
@@ -37,7 +38,7 @@ from companion.flight.setpoints.timing import (
     percentiles_ms,
 )
 from companion.flight.shared_link.sharing import shared_link, watch_link
-from companion.flight.stacks import make_stacks
+from companion.flight.stacks import Stacks, make_stacks
 from companion.flight.stages.authority import Authority
 from companion.flight.stages.crew import Flight, FlightScope
 from companion.flight.stages.mission_backend import make_backend
@@ -100,6 +101,8 @@ async def conduct(
     signing: Signing | None = None,
     mocap: MotionCapture | None = None,
     experiment: Experiment | None = None,
+    own: OwnController | None = None,
+    replayable: bool = True,
 ) -> Outcome:
     """Fly over a link.
 
@@ -118,21 +121,32 @@ async def conduct(
         signing: signs and checks the packets of the link; None for one without a key.
         mocap: poses for the autopilot; None if it needs none of ours.
         experiment: flown over the configured controller, which is its hold; None: that is flown.
+        own: a controller of one's own, flown in the place of the configured one.  Only for a
+            simulated vehicle.
+        replayable: False if the trajectory is in no file.
 
     Raises:
         LinkError: an endpoint of `link.forward` cannot be opened.
-        ValueError: a vehicle in the air was to be taken over in real time.
+        ValueError: a vehicle in the air was to be taken over in real time, or one that may be
+            real to be flown by a controller of one's own.
     """
     if real_time and scope is not FlightScope.WHOLE:
         raise ValueError("only a simulated vehicle in lockstep is taken over in the air")
+    if real_time and own is not None:
+        raise ValueError("a controller of one's own flies only a simulated vehicle in lockstep")
     begun_s = asyncio.get_running_loop().time()
-    replayable = make_solver is None and experiment is None
+    replayable = replayable and make_solver is None and experiment is None and own is None
     log.record(CONFIGURATION.topic, begun_s, configuration_record(config, replayable=replayable))
     connection = Connection(link, log, signing, system_id=config.mission.link.system_id)
     voice = Voice(observer, log, connection.say)
+
+    def stacks_for(thrust: ThrustMeaning) -> Stacks:
+        if own is not None:
+            return own_stacks(config, own, thrust)
+        return make_stacks(config, make_solver, thrust=thrust)
+
     control = ControlLoop(
-        make_stacks(config, make_solver, thrust=thrust_before_asking(config.vehicle)),
-        supervisor_limits(config.mission),
+        stacks_for(thrust_before_asking(config.vehicle)), supervisor_limits(config.mission)
     )
 
     trial = None
@@ -146,7 +160,7 @@ async def conduct(
                 trial.adopt(thrust)
             return
         with _refusing():
-            stacks = make_stacks(config, make_solver, thrust=thrust)
+            stacks = stacks_for(thrust)
         control.adopt(stacks, supervisor_limits(config.mission))
         stream.note(inputs.ADOPT, inputs.adopt_values(thrust))
 

@@ -12,6 +12,7 @@ from companion.mocap.parameters import misfits
 
 _BOOT_SCALES = {"ardupilot": 0.1}
 """A real ArduPilot takes 42 s until its estimator has a position: nobody learns from the wait."""
+_YAML = (".yaml", ".yml")
 _ONE_LINE = 1_000_000
 """Letters: longer than anything that a mission says."""
 
@@ -58,14 +59,27 @@ def _parameters(mission: MissionConfig, autopilot: str) -> dict[str, float]:
 
 
 def _plant(config: FlightConfig) -> str:
-    """The shim's vehicle: it has one for each vehicle that is shipped, of the same name."""
+    """The shim's vehicle: it has one for each vehicle that is shipped, of the same name.
+
+    Raises:
+        ConfigError: it has none of that name, or the mission's plant file is not there.
+    """
+    plant = config.mission.plant
+    if plant is not None:
+        path = Path(plant).resolve()
+        if not path.is_file() or path.suffix not in _YAML:
+            raise ConfigError(
+                f"plant: {plant}: no such YAML file. Check the path; a vehicle that the shim has "
+                "needs no plant file, its name is enough."
+            )
+        return str(path)
     name = config.vehicle.name
     known = shipped_names("vehicle")
     if name not in known:
         raise ConfigError(
             f"{config.mission.vehicle}: the embedded shim can't fly the vehicle '{name}'. Set "
-            f"`name` in the file to the one that it is like ({', '.join(known)}), or give the "
-            "link to a real one with --connect."
+            f"`name` in the file to the one that it is like ({', '.join(known)}), give its plant "
+            "file (--set plant=FILE), or the link to a real one with --connect."
         )
     return name
 

@@ -1,7 +1,8 @@
 """Winds: functions of time and position, and the scenario files that name them and events."""
 
 from sitl_shim.wind.events import Load, Moments, Motor, Timed
-from sitl_shim.wind.field import CALM, Wind
+from sitl_shim.wind.field import CALM, SumOfWinds, Wind
+from sitl_shim.wind.own import OwnWind, OwnWindFunction
 from sitl_shim.wind.scenario import Scenario, load_scenario, make_wind, scenario_path
 
 __all__ = [
@@ -9,7 +10,10 @@ __all__ = [
     "Load",
     "Moments",
     "Motor",
+    "OwnWind",
+    "OwnWindFunction",
     "Scenario",
+    "SumOfWinds",
     "Timed",
     "Wind",
     "load_scenario",

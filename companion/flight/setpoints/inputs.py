@@ -93,6 +93,7 @@ def _segment_values(segment: Segment) -> dict[str, Any]:
     assert isinstance(placed, PlacedTrajectory)
     return {
         "phase": segment.phase,
+        "scored_s": placed.scored_s,
         "anchor_enu_m": list(placed.placement.anchor_enu_m),
         "origin_enu_m": list(placed.placement.origin_enu_m),
         "heading_rad": placed.placement.heading_rad,
