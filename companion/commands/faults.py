@@ -35,7 +35,6 @@ from companion.experiments.progress import ProgressDisplay
 from companion.experiments.provenance import commit, version
 from companion.experiments.workers import default_jobs
 from companion.recording.whole_file import write_whole
-from companion.report.pages.templating import need_page_library
 
 _WIDE = 160
 _COLOURS = {"passed": "green", "failed": "bold red", "not flown": "dim"}
@@ -66,11 +65,9 @@ def run_faults(request: FaultsRequest, fly: Callable[[Order], Verdict] | None = 
 
     Raises:
         ConfigError: the table can't be used, or has no such row; nothing was flown.
-        MissingExtraError: a library of the extra `study` is not installed.
         StudyInterruptedError: Ctrl-C.
         OSError: the folder can't be written.
     """
-    need_page_library()
     table = load_table(request.table)
     rows = chosen_rows(table, request.only)
     flavours = _flavours(request.autopilot)

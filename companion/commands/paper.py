@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from companion.experiments.flight_store import need_pyarrow
 from companion.experiments.paper.claims import judge_claims
 from companion.experiments.paper.export import write_results
 from companion.experiments.paper.report import draw_figures, write_report
@@ -18,7 +19,6 @@ from companion.experiments.paper.statistics import millimetres
 from companion.experiments.paper.study import run_study
 from companion.experiments.progress import ProgressDisplay
 from companion.experiments.workers import default_jobs
-from companion.report.pages.templating import need_page_library
 
 _WIDE = 120
 _COLOURS = {"reproduced": "green", "partly": "yellow", "not reproduced": "red"}
@@ -45,7 +45,7 @@ def run_paper(request: PaperRequest) -> Path:
         CampaignInterruptedError: Ctrl-C; the same command goes on from there.
         OSError: the folder can't be written.
     """
-    need_page_library()
+    need_pyarrow()
     scale = QUICK if request.quick else FULL
     folder = request.out or Path("paper-quick" if request.quick else "paper")
     folder.mkdir(parents=True, exist_ok=True)

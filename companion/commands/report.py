@@ -12,7 +12,7 @@ from companion.experiments.campaign_report.read import read_campaign
 from companion.experiments.campaign_report.report import make_report
 from companion.experiments.campaign_report.terminal import tell
 from companion.experiments.campaign_report.written import report_object, write_tables
-from companion.report.pages.templating import need_page_library
+from companion.experiments.flight_store import need_pyarrow
 
 _FOLDER = "report"
 _WIDTH = 80
@@ -39,7 +39,7 @@ def run_report(request: ReportRequest) -> None:
         MissingExtraError: a library of the extra `study` is not installed.
         OSError: the folder can't be read, or the report not be written.
     """
-    need_page_library()
+    need_pyarrow()
     report = make_report(read_campaign(request.campaign))
     folder = request.campaign / _FOLDER if request.out is None else request.out
     tables = write_tables(report, folder)

@@ -14,7 +14,7 @@ from companion.mavlink.messages import COMPONENT_TRUTH, MessageId
 from companion.mavlink.telemetry import Rejected, state_from_odometry, wind_acceleration
 from companion.mavlink.truth_events import TruthEvent, truth_event
 from companion.recording.flight_log import MCAP_NAME, TLOG_NAME
-from companion.recording.mcap_log import read_records
+from companion.recording.mcap_log import LogRecord, read_records
 from companion.recording.tlog import read_tlog
 
 Array = NDArray[np.float64]
@@ -99,21 +99,38 @@ def read_flight(folder: Path) -> FlightData:
         ValueError: the packets' file is no tlog, or the records are not those of a flight.
         mcap.exceptions.McapError: the records' file is no MCAP file.
     """
+    return flight_from_log(read_log(folder), folder)
+
+
+def read_log(folder: Path) -> dict[str, list[LogRecord]]:
+    """The controller's records in a flight's folder by topic, each in the order of writing.
+
+    Raises:
+        OSError: the file cannot be read.
+        mcap.exceptions.McapError: it is no MCAP file.
+    """
     path = folder / MCAP_NAME
-    begun = path.stat().st_size >= _MCAP_BEGINNING_BYTES
-    control: list[dict[str, Any]] = []
-    plans: list[dict[str, Any]] = []
-    for record in read_records(path) if begun else ():
-        if record.topic == "control":
-            control.append(record.values)
-        elif record.topic == "plan":
-            plans.append(record.values)
+    found: dict[str, list[LogRecord]] = {}
+    if path.stat().st_size >= _MCAP_BEGINNING_BYTES:
+        for record in read_records(path):
+            found.setdefault(record.topic, []).append(record)
+    return found
+
+
+def flight_from_log(log: Mapping[str, Sequence[LogRecord]], folder: Path) -> FlightData:
+    """A flight of records that have been read, and of the packets in its folder.
+
+    Raises:
+        OSError: the packets cannot be read.
+        ValueError: their file is no tlog, or the records are not those of a flight.
+    """
+    control, plans = ([record.values for record in log.get(t, ())] for t in ("control", "plan"))
     packets = (record.raw for record in read_tlog(folder / TLOG_NAME))
     try:
         ticks = ticks_from_records(control, plans)
     except (KeyError, TypeError, OverflowError) as error:
         raise ValueError(
-            f"{path}: its records are not those of a flight of this version "
+            f"{folder / MCAP_NAME}: its records are not those of a flight of this version "
             f"({type(error).__name__}: {error})"
         ) from error
     return FlightData(ticks, truth_from_packets(packets))

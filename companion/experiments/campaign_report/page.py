@@ -31,7 +31,6 @@ def write_page(report: Report, figures: Figures, tables: Sequence[Path], folder:
         folder: where to.
 
     Raises:
-        MissingExtraError: jinja2 is not installed.
         OSError: it can't be written.
     """
     filters: dict[str, Callable[..., str]] = {

@@ -27,7 +27,6 @@ def write_page(results: Sequence[RowResult], made: Made, folder: Path) -> Path:
         folder: where to.
 
     Raises:
-        MissingExtraError: jinja2 is not installed.
         OSError: it can't be written.
     """
     groups = [

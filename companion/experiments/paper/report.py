@@ -47,7 +47,6 @@ def write_report(
         folder: of the study; the page links to what else lies in it.
 
     Raises:
-        MissingExtraError: jinja2 is not installed.
         OSError: a figure can't be read, or the page not written.
     """
     filters: dict[str, Callable[..., str]] = {

@@ -80,10 +80,10 @@ def test_an_interrupt_says_how_to_go_on(monkeypatch):
 
 def test_a_missing_library_is_told_with_its_remedy_before_anything_is_flown(monkeypatch, here):
     def missing():
-        raise MissingExtraError("jinja2 is missing: pip install 'companion[study]'")
+        raise MissingExtraError("pyarrow is missing: pip install 'companion[study]'")
 
     asked = flown(monkeypatch)
-    monkeypatch.setattr(paper_command, "need_page_library", missing)
+    monkeypatch.setattr(paper_command, "need_pyarrow", missing)
     said = paper("--quick")
     assert said.exit_code == 2
     assert "companion[study]" in said.stderr
