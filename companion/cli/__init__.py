@@ -15,6 +15,7 @@ from companion.cli.check import check
 from companion.cli.compare import compare
 from companion.cli.doctor import doctor
 from companion.cli.examples import ABOUT, ROOT_EPILOG, epilog
+from companion.cli.export import export
 from companion.cli.faults import faults
 from companion.cli.fly import fly
 from companion.cli.help import GroupedHelp
@@ -73,6 +74,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     faults,
     replay,
     recover,
+    export,
     new,
     schema,
     doctor,

@@ -146,9 +146,7 @@ def _write_packets(files: FlightFiles, log: _Log, tell: Tell) -> None:
                         log.add(
                             TRUE_POSE,
                             time_ns,
-                            messages.pose(
-                                time_ns, state.position_enu_m, state.attitude_flu_to_enu
-                            ),
+                            messages.pose(time_ns, state.position_enu_m, state.attitude_flu_to_enu),
                         )
             continue
         packet = taken_apart(raw)

@@ -38,9 +38,7 @@ def _time(about: str) -> Json:
     return _stamp("time", about)
 
 
-_VECTOR = _object(
-    "foxglove.Vector3", "[m]", x=_number("[m]"), y=_number("[m]"), z=_number("[m]")
-)
+_VECTOR = _object("foxglove.Vector3", "[m]", x=_number("[m]"), y=_number("[m]"), z=_number("[m]"))
 _POINT = _VECTOR | {"title": "foxglove.Point3"}
 _QUATERNION = _object(
     "foxglove.Quaternion", "rotation", x=_number(""), y=_number(""), z=_number(""), w=_number("")

@@ -45,9 +45,7 @@ class Packet(NamedTuple):
 def taken_apart(raw: bytes) -> Packet:
     """A whole packet, MAVLink 2 or 1, as a log holds it."""
     if raw[0] == 0xFD:
-        return Packet(
-            int.from_bytes(raw[7:10], "little"), raw[5], raw[6], raw[10 : 10 + raw[1]]
-        )
+        return Packet(int.from_bytes(raw[7:10], "little"), raw[5], raw[6], raw[10 : 10 + raw[1]])
     return Packet(raw[5], raw[3], raw[4], raw[6 : 6 + raw[1]])
 
 

@@ -67,9 +67,7 @@ class _ParquetWriter:
             self._arrow.array(values, field.type)
             for values, field in zip(columns, self._schema, strict=True)
         ]
-        self._writer.write_batch(
-            self._arrow.RecordBatch.from_arrays(arrays, schema=self._schema)
-        )
+        self._writer.write_batch(self._arrow.RecordBatch.from_arrays(arrays, schema=self._schema))
 
     def close(self) -> None:
         self._writer.close()

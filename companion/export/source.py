@@ -107,12 +107,17 @@ def flight_files(path: Path) -> FlightFiles:
     Raises:
         ExportError: there is no log of records.
     """
+    if not path.exists():
+        raise ExportError(
+            f"{path} is not there. Name the folder that `companion fly` made for the flight."
+        )
     folder = path if path.is_dir() else path.parent
     mcap = _best(folder / MCAP_NAME) if path.is_dir() or path.suffix != ".mcap" else path
     tlog = _best(folder / TLOG_NAME) if path.is_dir() or path.suffix != ".tlog" else path
     if not mcap.is_file():
         raise ExportError(
-            f"{mcap} is not there. Name the folder that `companion fly` made for the flight."
+            f"{folder} holds no {MCAP_NAME}. Name the folder that `companion fly` made for the "
+            "flight."
         )
     return FlightFiles(folder, mcap, tlog if tlog.is_file() else None, _base_us(mcap))
 

@@ -24,9 +24,7 @@ class Column:
     about: str = ""
 
 
-LOG_TIME = Column(
-    "log_time_s", "number", "s", "", "the companion's clock, since the log's time 0"
-)
+LOG_TIME = Column("log_time_s", "number", "s", "", "the companion's clock, since the log's time 0")
 
 
 @dataclass(frozen=True, slots=True)
