@@ -58,7 +58,7 @@ def write_foxglove(files: FlightFiles, path: Path, tell: Tell) -> dict[str, int]
         log.add(SCENE, scene.begin_ns, messages.scene_update(scene))
         _write_records(files, scene, log, tell)
         _write_packets(files, log, tell)
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]
     return log.counts
 
 

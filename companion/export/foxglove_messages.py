@@ -92,7 +92,7 @@ def location(time_ns: int, latitude_deg: float, longitude_deg: float, altitude_m
 
 
 def scene_update(scene: Scene) -> Json:
-    """A foxglove.SceneUpdate with what stands still, and the vehicle, which moves with its frame."""
+    """A foxglove.SceneUpdate: what stands still, and the vehicle, which moves with its frame."""
     begin = scene.begin_ns
     entities = [
         _entity(begin, "desired path", WORLD, lines=[_strip(scene.desired_enu_m, _DESIRED, 2.0)]),

@@ -14,7 +14,7 @@ from companion.mavlink.telemetry import Rejected, state_from_odometry
 from companion.report.flight_data import is_truth_packet
 
 LOG_TIME = "flight_time"
-"""Since the log's time 0.  rerun has a timeline `log_time` of its own: when something was exported."""
+"""Since the log's time 0.  rerun has a timeline `log_time` of its own, of when it was told."""
 AUTOPILOT_TIME = "autopilot_time"
 _BATCH = 2048
 _AXES = "xyz"
