@@ -169,4 +169,5 @@ def _tell_failure(console: Console, flight: Result) -> None:
 def _summary(results: Sequence[RowResult]) -> str:
     found = counts(results)
     rest = f", {found['not flown']} run by pytest -m faults" if found["not flown"] else ""
-    return f"\n{found['passed']} rows passed, {found['failed']} failed{rest}."
+    rows = "row" if found["passed"] == 1 else "rows"
+    return f"\n{found['passed']} {rows} passed, {found['failed']} failed{rest}."

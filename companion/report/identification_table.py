@@ -164,12 +164,13 @@ def print_identification(
             console.print(Text(said, "green"))
         else:
             said = f"the gains of {verdict.controller} are not certified: {verdict.note}"
-            console.print(Text(said, "yellow"), soft_wrap=True)
+            console.print(Text(said, "yellow"))
     if concluded.wide:
         said = "identified, but these figures are known roughly only: " + "; ".join(concluded.wide)
         remedy = ". Fly it again in calm air, or with a larger --box"
-        console.print(Text(said + remedy, "yellow"), soft_wrap=True)
-    console.print(Text("files: " + ", ".join(concluded.record["files"])), soft_wrap=True)
+        console.print(Text(said + remedy, "yellow"))
+    for number, file in enumerate(concluded.record["files"]):
+        console.print(Text(f"{'' if number else 'files:':<7}{file}"), soft_wrap=True)
 
 
 def _print_whole(console: Console, verdict: GainsVerdict) -> None:

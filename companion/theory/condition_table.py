@@ -29,9 +29,9 @@ class CertifiedAxis(Protocol):
 def print_verdict(console: Console, axes: Sequence[CertifiedAxis]) -> None:
     """Say in words what fails, what to be careful about, and whether all holds."""
     for axis, names in _grouped(axes, lambda c: c.reason):
-        console.print(Text(f"fails on {names}: {axis}", style="red"), soft_wrap=True)
+        console.print(Text(f"fails on {names}: {axis}", style="red"))
     for axis, names in _grouped(axes, lambda c: c.caution):
-        console.print(Text(f"caution on {names}: {axis}", style="yellow"), soft_wrap=True)
+        console.print(Text(f"caution on {names}: {axis}", style="yellow"))
     verdict, style = "not certified", "bold red"
     if all(axis.holds for axis in axes):
         cautious = any(c.caution for axis in axes for c in axis.conditions)

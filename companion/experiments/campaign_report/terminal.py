@@ -15,6 +15,8 @@ from companion.experiments.campaign_report.tables import Case
 
 _MOST_ROWS = 12
 _MOST_CASES = 3
+_COMMAND = "  "
+"""What a line begins with that is a command to copy."""
 
 
 def tell(console: Console, report: Report, page: Path) -> None:
@@ -22,7 +24,7 @@ def tell(console: Console, report: Report, page: Path) -> None:
     console.print(_answers(report))
     worst = sorted(report.worst, key=lambda case: -case.mean_error_m)
     for line in (*_again("Worst that tracked", worst), *_again("Lost", report.lost)):
-        console.print(line, soft_wrap=True)
+        console.print(line, soft_wrap=line.plain.startswith(_COMMAND))
     console.print(Text(f"\n{page}"), soft_wrap=True)
 
 
@@ -83,5 +85,5 @@ def _again(title: str, cases: Sequence[Case]) -> list[Text]:
         told = case.note.partition("\n")[0] if case.lost else mm(case.mean_error_m)
         where = ", ".join(f"{name} {value}" for name, value in case.told.items())
         at = f" at {where}" if where else ""
-        said += [Text(f"point {case.point}: {told}{at}"), Text(f"  {case.command}", "dim")]
+        said += [Text(f"point {case.point}: {told}{at}"), Text(f"{_COMMAND}{case.command}", "dim")]
     return said
