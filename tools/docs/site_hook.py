@@ -57,7 +57,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name, uri in ROOT_PAGES.items():
         if name.endswith(".md") and (ROOT / name).is_file():
             text = (ROOT / name).read_text(encoding="utf-8")
-            files.append(File.generated(config, uri, content=_at_home(text, name)))
+            files.append(File.generated(config, uri, content=_at_home(text)))
     for path in sorted(_linked(Path(config.docs_dir))):
         uri = _source_uri(path)
         if files.get_file_from_path(uri) is None:
@@ -94,7 +94,7 @@ def _index_first(page: Path) -> tuple[int, str]:
     return (0 if page.name in ("README.md", "index.md") else 1, page.as_posix())
 
 
-def _at_home(text: str, name: str) -> str:
+def _at_home(text: str) -> str:
     """A document of the root with its links as those of a page in docs/."""
 
     def moved(match: re.Match[str]) -> str:
@@ -103,7 +103,6 @@ def _at_home(text: str, name: str) -> str:
             return target
         return target.removeprefix("docs/") if target.startswith("docs/") else f"../{target}"
 
-    del name
     return _prose(text, lambda prose: _TARGET.sub(moved, prose))
 
 

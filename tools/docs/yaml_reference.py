@@ -102,25 +102,26 @@ def page() -> str:
         section = describe(model)
         parts.append(f"## {said.title}\n\n{said.text or section.text}\n")
         parts.append(_table(section, said.title))
-        parts += [_headed(path, inner, said.title) for path, inner in _below(section)]
+        parts += [_headed(key, inner, said.title) for key, inner in _below(section)]
     return "\n".join(parts)
 
 
-def _below(section: SectionDescription) -> Iterator[tuple[str, SectionDescription]]:
-    """The sections within one, each once, with the path of the key that they stand below."""
+def _below(section: SectionDescription) -> Iterator[tuple[KeyDescription, SectionDescription]]:
+    """The sections within one, each with the key that it stands below."""
     for key in section.keys:
         for inner in key.sections:
-            yield key.path, inner
+            yield key, inner
             yield from _below(inner)
 
 
-def _headed(path: str, section: SectionDescription, kind: str) -> str:
+def _headed(key: KeyDescription, section: SectionDescription, kind: str) -> str:
     said = _escaped(section.text)
-    return f"### {_heading(path, section, kind)}\n\n{said}\n\n{_table(section, kind)}"
+    return f"### {_heading(key, section, kind)}\n\n{said}\n\n{_table(section, kind)}"
 
 
-def _heading(path: str, section: SectionDescription, kind: str) -> str:
-    return f"{kind}: `{path}` ({section.name})"
+def _heading(key: KeyDescription, section: SectionDescription, kind: str) -> str:
+    which = f" ({section.name})" if len(key.sections) > 1 else ""
+    return f"{kind}: `{key.path}`{which}"
 
 
 def _table(section: SectionDescription, kind: str) -> str:
@@ -131,7 +132,7 @@ def _row(key: KeyDescription, kind: str) -> str:
     default = "**required**" if key.required else f"`{key.default}`" if key.default else ""
     name = f"`{key.name}`"
     if key.sections:
-        name = f"[{name}](#{_anchor(_heading(key.path, key.sections[0], kind))})"
+        name = f"[{name}](#{_anchor(_heading(key, key.sections[0], kind))})"
     cells = (name, _value(key), default.replace("|", "\\|"), _escaped(key.text))
     return f"| {' | '.join(cells)} |"
 

@@ -18,19 +18,28 @@ _AIR_EAST = 0.8
 """Share of the front's push that is to the east: its wind is (4.8, 3.6, 0) of 6 m/s."""
 
 
+def flights() -> tuple[FlightData, FlightData]:
+    """The flight with the adaptation on, and the one with it off."""
+    off = {"switch": "['t=0:l1-off']", "monitor.act": "false"}
+    return fly(_HOVER, wind="gust-front")[1], fly(_HOVER, off, wind="gust-front")[1]
+
+
+def blown_east_m(data: FlightData) -> tuple[np.ndarray, np.ndarray]:
+    """Times since the front, s, and how far it truly is from where it hovered, m to the east."""
+    time_s, east_m = _since_front(data, data.truth.time_s, data.truth.position_enu_m[:, _EAST])
+    return time_s, east_m - np.mean(east_m[time_s < 0.0])
+
+
 def draw(folder: Path) -> list[Path]:
     """Fly both and draw them; returns the picture's path."""
-    _, on, _ = fly(_HOVER, wind="gust-front")
-    off_settings = {"switch": "['t=0:l1-off']", "monitor.act": "false"}
-    _, off, _ = fly(_HOVER, off_settings, wind="gust-front")
-
+    on, off = flights()
     figure, (error, answer, estimate) = panels(3, 1, (7.6, 6.4), sharex=True)
     for data, colour, name in (
         (off, OTHER, "adaptation held at its mean before"),
         (on, FLOWN, "L1 adapts"),
     ):
-        time_s, east_m = _since_front(data, data.truth.time_s, data.truth.position_enu_m[:, _EAST])
-        error.plot(time_s, 1e3 * (east_m - np.mean(east_m[time_s < 0.0])), color=colour, label=name)
+        time_s, east_m = blown_east_m(data)
+        error.plot(time_s, 1e3 * east_m, color=colour, label=name)
     error.set_title("Where it is, east of where it hovered")
     error.set_ylabel("mm")
     error.set_ylim(-80.0, 560.0)
