@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from companion.control import tilt, yaw
+from companion.control import yaw
 from companion.control.attitude import AttitudeGains
 from companion.control.frameworks import Command, Limits, Reference, StackRecord, Tick
 from companion.control.interfaces import AdaptationMean, InnerRecord
@@ -202,14 +202,10 @@ class OwnStack:
         roll, pitch = _roll_pitch(force, yaw_command)
         thrust_memory, field = self._thrust(memory.thrust, force[2] - GRAVITY_M_S2, state, dt)
         nothing = np.full(3, math.nan)
-        size = math.sqrt(sum(c * c for c in asked)) or 1.0
-        u_x, u_y = tilt.u_from_roll_pitch(roll, pitch, yaw_command)
         record = StackRecord(
             r2_m=preview.position(np.zeros(1))[0],
-            inner=InnerRecord(
-                np.array([asked[0] / size, asked[1] / size, math.nan]), nothing, nothing, nothing
-            ),
-            applied_u=np.array([u_x, u_y, math.nan]),
+            inner=InnerRecord(_sines(asked), nothing, nothing, nothing),
+            applied_u=_sines(force),
             roll_rad=roll,
             pitch_rad=pitch,
             hover_thrust=self.thrust.hover_thrust(thrust_memory),
@@ -266,6 +262,13 @@ def _specific_force(setpoint: Setpoint, desired_yaw_rad: float) -> tuple[Vector3
     raise TypeError(
         f"a controller gives an AccelerationSetpoint or an AttitudeSetpoint, not {setpoint!r}"
     )
+
+
+def _sines(force: Vector3) -> Array:
+    """The u (3,) of a record: sines of the tilt to east and north; there is no climb rate."""
+    x, y, z = force
+    size = math.sqrt(x * x + y * y + z * z) or 1.0
+    return np.array([x / size, y / size, math.nan])
 
 
 def _roll_pitch(force: Vector3, yaw_rad: float) -> tuple[float, float]:
