@@ -85,10 +85,10 @@ def run_export(request: ExportRequest) -> Exported:
     console = plain_console(sys.stdout)
     for read in (files.mcap, files.tlog):
         if read is not None and ".recovered" in read.name:
-            console.print(f"read: {read}, instead of the damaged log", markup=False)
-    console.print(f"written: {done.path}: {done.what}", markup=False)
+            console.print(f"read: {read}, instead of the damaged log", markup=False, soft_wrap=True)
+    console.print(f"written: {done.path}: {done.what}", markup=False, soft_wrap=True)
     if done.note:
-        console.print(f"  {done.note}", markup=False)
+        console.print(f"  {done.note}", markup=False, soft_wrap=True)
     return done
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from companion.export.errors import ExportError
 from companion.export.source import FlightFiles, Tell
 
 Point = tuple[float, float, float]
@@ -83,6 +84,8 @@ def scene_of(files: FlightFiles, tell: Tell) -> Scene:
             anchor = values.get("values", {}).get("anchor_enu_m")
         elif record.topic == "configuration":
             box = (values.get("mission") or {}).get("geofence")
+    if not count:
+        raise ExportError(f"{files.mcap} holds no records: there is nothing to export.")
     return Scene(
         flown.points, tracked.points or desired.points, _placed(box, anchor), begin_ns, count
     )
