@@ -39,7 +39,7 @@ _EXTERNAL = re.compile(r"[a-z][a-z0-9+.-]*:|#", re.IGNORECASE)
 _ITEM = re.compile(r"(?:[-*+]|1\.) ")
 _ANY_ITEM = re.compile(r"\s*(?:[-*+]|\d+\.) ")
 _LARGEST_BYTES = 200_000
-_TEXT = {".py", ".yaml", ".yml", ".toml", ".json", ".csv", ".md", ".service", ".sh", ""}
+_TEXT = {".py", ".yaml", ".yml", ".toml", ".json", ".csv", ".md", ".service", ".sh", ".ipynb", ""}
 _LANGUAGES = {".py": "python", ".yaml": "yaml", ".yml": "yaml", ".toml": "toml", ".json": "json",
               ".service": "ini", ".sh": "bash"}  # fmt: skip
 
@@ -58,7 +58,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         if name.endswith(".md") and (ROOT / name).is_file():
             text = (ROOT / name).read_text(encoding="utf-8")
             files.append(File.generated(config, uri, content=_at_home(text)))
-    for path in sorted(_linked(Path(config.docs_dir))):
+    for path in sorted(_with_contents(_linked(Path(config.docs_dir)))):
         uri = _source_uri(path)
         if files.get_file_from_path(uri) is None:
             files.append(File.generated(config, uri, content=_source_page(path)))
@@ -174,6 +174,21 @@ def _linked(docs: Path) -> Iterator[str]:
                 yield full
 
 
+def _with_contents(paths: Iterator[str]) -> set[str]:
+    """Those paths, and the files that lie directly in those of them that are folders."""
+    found = set(paths)
+    for path in list(found):
+        if (ROOT / path).is_dir():
+            found |= {f"{path}/{name}" for name in _shown(ROOT / path) if not name.endswith("/")}
+    return found
+
+
+def _shown(folder: Path) -> list[str]:
+    """What a folder holds that a reader wants to see; folders in it end in a slash."""
+    names = sorted(p.name + ("/" if p.is_dir() else "") for p in folder.iterdir())
+    return [name for name in names if not name.startswith(("__pycache__", "."))]
+
+
 def _prose_targets(markdown: str) -> list[str]:
     found: list[str] = []
     _prose(markdown, lambda text: (found.extend(m[1] for m in _TARGET.finditer(text)), text)[1])
@@ -189,9 +204,11 @@ def _source_page(path: str) -> str:
     head = f"---\ntitle: {path}\nsearch:\n  exclude: true\nhide:\n  - toc\n---\n\n# `{path}`\n\n"
     full = ROOT / path
     if full.is_dir():
-        names = sorted(p.name + ("/" if p.is_dir() else "") for p in full.iterdir())
-        shown = [n for n in names if not n.startswith(("__pycache__", "."))]
-        return head + "\n".join(f"- `{name}`" for name in shown) + "\n"
+        lines = [
+            f"- `{name}`" if name.endswith("/") else f"- [`{name}`]({name}.md)"
+            for name in _shown(full)
+        ]
+        return head + "\n".join(lines) + "\n"
     if full.suffix not in _TEXT or full.stat().st_size > _LARGEST_BYTES:
         return head + "See the repository.\n"
     fence = "`" * 8
