@@ -1,3 +1,4 @@
+import itertools
 import json
 import math
 
@@ -100,7 +101,7 @@ def test_the_paths_are_bounded_however_long_the_flight_is():
     points = [x for x, _, _ in path.points]
     assert MOST_POINTS / 2 <= len(points) <= MOST_POINTS + 1
     assert points[0] == 0.0
-    steps = {b - a for a, b in zip(points, points[1:], strict=False)}
+    steps = {b - a for a, b in itertools.pairwise(points)}
     assert len(steps) == 1
 
 

@@ -70,7 +70,7 @@ def test_each_number_is_the_records_own_and_what_is_not_finite_is_null(tables, r
 def test_a_column_says_its_unit_its_frame_and_what_it_is(tables):
     schema = parquet.read_schema(tables / "control.parquet")
     velocity = schema.field("velocity_enu_m_s_y").metadata
-    assert velocity[b"unit"] == "m/s".encode()
+    assert velocity[b"unit"] == b"m/s"
     assert velocity[b"frame"] == b"world frame ENU"
     assert velocity[b"about"] == b"as reported"
     assert schema.field("computed_us").metadata[b"unit"] == "µs".encode()
@@ -256,7 +256,9 @@ def test_a_topic_whose_fields_change_keeps_all_of_them(tmp_path, quiet):
         class Kept:
             def write(self, columns):
                 names = [column.name for column in table.columns]
-                rows.extend(dict(zip(names, row, strict=True)) for row in zip(*columns))
+                rows.extend(
+                    dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)
+                )
 
             def close(self):
                 pass

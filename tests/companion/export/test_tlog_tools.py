@@ -51,10 +51,14 @@ def test_mavlogdump_reads_what_was_flown(dumped, flown_once):
 
 
 def test_mavlogdump_finds_no_damage(flown_once):
+    log = flown_once / "flight.tlog"
     done = subprocess.run(
-        [sys.executable, MAVLOGDUMP, "--dialect", "all", "--show-types", flown_once / "flight.tlog"],
-        check=True, capture_output=True, text=True, timeout=120,
-    )  # fmt: skip
+        [sys.executable, MAVLOGDUMP, "--dialect", "all", "--show-types", log],
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     types = set(done.stdout.split())
     assert "BAD_DATA" not in types
     found = {name for _, name in ids(flown_once / "flight.tlog")}
