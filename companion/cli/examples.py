@@ -39,7 +39,7 @@ ABOUT: dict[str, About] = {
             "companion fly --mission mission.yaml --out flights/first",
             "companion fly --connect udpin://127.0.0.1:14540 --vehicle x500",
         ),
-        ("docs/command-line.md", "docs/links.md", "docs/safety.md"),
+        ("docs/command-line.md", "docs/safety.md"),
     ),
     "check": About(
         FLY,

@@ -1,5 +1,6 @@
 """Which of the usual UDP ports are free, and who has those that are not."""
 
+import contextlib
 import os
 import socket
 from pathlib import Path
@@ -33,14 +34,18 @@ def holder(number: int, root: Path = Path("/")) -> str:
     """The process that has a UDP port: its name and id; empty where this user may not know."""
     sockets = _sockets(number, root)
     for folder in root.glob("proc/[0-9]*"):
-        try:
-            links = [os.readlink(path) for path in (folder / "fd").iterdir()]
-            if sockets.intersection(links):
+        with contextlib.suppress(OSError):  # it has ended, or is somebody else's
+            if sockets.intersection(_link(path) for path in list((folder / "fd").iterdir())):
                 name = (folder / "comm").read_text(encoding="utf-8", errors="replace").strip()
                 return f"{name} (process {folder.name})"
-        except OSError:  # it has ended, or is somebody else's
-            continue
     return ""
+
+
+def _link(path: Path) -> str:
+    try:
+        return os.readlink(path)
+    except OSError:  # closed since it was listed
+        return ""
 
 
 def _is_free(number: int) -> bool:
