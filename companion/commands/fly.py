@@ -11,10 +11,13 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from rich.console import Console
+from rich.text import Text
 
+from companion.commands.fly_again import flying_command
 from companion.config.models import MissionConfig
 from companion.config.resolve import FlightConfig, controller_path, load_flight
 from companion.config.yaml_source import ConfigError, settings_of
+from companion.experiments.provenance import commit, version
 from companion.flight.assemble import attitude_gains, infeasibilities, make_stack, make_trajectory
 from companion.flight.assemble_plus import thrust_before_asking
 from companion.flight.beginning import (
@@ -33,6 +36,8 @@ from companion.link.url import parse_link_url
 from companion.mocap.sources import MocapError
 from companion.recording.flight_log import FlightLog, FlightLogError
 from companion.report.aftermath import score_and_draw
+from companion.report.flight_page.page import NAME as PAGE_NAME
+from companion.report.pages.provenance import Provenance
 from companion.report.result import result_object
 from companion.report.summary import print_summary
 from companion.report.terminal import TerminalObserver
@@ -105,7 +110,8 @@ def run_fly(request: FlyRequest) -> OutcomeName:
         log.close()
     wall_s = time.perf_counter() - started
 
-    result, trouble = score_and_draw(config, outcome, folder, wall_s)
+    made = Provenance(_command(request), version(), commit())
+    result, trouble = score_and_draw(config, outcome, folder, wall_s, made)
     if trouble is not None:
         console.print(f"warning: {folder} is not complete: {trouble}", style="yellow")
     if log.trouble is not None:
@@ -118,6 +124,9 @@ def run_fly(request: FlyRequest) -> OutcomeName:
             style="yellow",
         )
     _tell(result, request)
+    if (folder / PAGE_NAME).is_file() and not request.json_output:
+        where = Text(f"{'page':<16}", style="dim").append(str(folder / PAGE_NAME), "not dim")
+        _console(sys.stdout).print(where, soft_wrap=True)
     return outcome.outcome
 
 
@@ -177,6 +186,16 @@ def _new_folder(mission: MissionConfig) -> Path:
         folder = base.with_name(f"{base.name}-{number}")
         number += 1
     return folder
+
+
+def _command(request: FlyRequest) -> str:
+    return flying_command(
+        request.mission_file,
+        request.overrides,
+        request.settings,
+        request.signing_key_file,
+        lockstep=request.lockstep,
+    )
 
 
 def _refuse(

@@ -1,7 +1,7 @@
-"""What becomes of a flight's logs right after it: figures, picture, `result.json`."""
+"""What becomes of a flight's logs right after it: figures, picture, `result.json`, its page."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mcap.exceptions import McapError
 
@@ -12,12 +12,20 @@ from companion.report.metrics import tracking_figures
 from companion.report.recovery import GOOD, event_object
 from companion.report.result import result_object, write_result
 
+if TYPE_CHECKING:
+    from companion.report.flight_page.story import Story
+    from companion.report.pages.provenance import Provenance
+
 _TROUBLES = (OSError, ValueError, McapError, MemoryError, ImportError, RuntimeError)
 """Without memory a library can't be loaded, or a thread not be started."""
 
 
 def score_and_draw(
-    config: FlightConfig, outcome: Outcome, folder: Path, wall_s: float
+    config: FlightConfig,
+    outcome: Outcome,
+    folder: Path,
+    wall_s: float,
+    page: "Provenance | None" = None,
 ) -> tuple[dict[str, Any], str | None]:
     """Make the result and write it beside the logs, with `track.png`.
 
@@ -31,20 +39,23 @@ def score_and_draw(
         outcome: of the flight.
         folder: of its logs.
         wall_s: how long the flight took.
+        page: where the flight comes from, to write `report.html`; None for no page.
 
     Returns:
         The result, and what could not be read or written, if anything.
     """
     figures = None
     happened: dict[str, Any] | None = None
+    story: Story | None = None
     trouble: Exception | None = None
-    if outcome.scored_s is not None:
+    if outcome.scored_s is not None or page is not None:
         try:
-            data = read_flight(folder)
-            figures = tracking_figures(data, outcome.scored_s)
-            lost = outcome.outcome not in GOOD
-            happened = event_object(data, outcome.scored_s, lost=lost)
-            _draw(config, data, outcome.scored_s, folder, lost=lost)
+            data, story = _read(folder, with_story=page is not None)
+            if outcome.scored_s is not None:
+                figures = tracking_figures(data, outcome.scored_s)
+                lost = outcome.outcome not in GOOD
+                happened = event_object(data, outcome.scored_s, lost=lost)
+                _draw(config, data, outcome.scored_s, folder, lost=lost)
         except _TROUBLES as error:
             trouble = error
     result = result_object(
@@ -54,7 +65,43 @@ def score_and_draw(
         write_result(folder, result)
     except OSError as error:
         trouble = error
-    return result, None if trouble is None else str(trouble) or type(trouble).__name__
+    if page is not None:
+        said = "" if trouble is None else _say(trouble)
+        trouble = _write_page(config, outcome, result, story, said, page, folder) or trouble
+    return result, None if trouble is None else _say(trouble)
+
+
+def _read(folder: Path, *, with_story: bool) -> "tuple[FlightData, Story | None]":
+    """The flight, and what its page tells beside, if there will be one."""
+    if not with_story:
+        return read_flight(folder), None
+    from companion.report.flight_page.story import read_story
+
+    story = read_story(folder)
+    return story.data, story
+
+
+def _write_page(
+    config: FlightConfig,
+    outcome: Outcome,
+    result: dict[str, Any],
+    story: "Story | None",
+    trouble: str,
+    made: "Provenance",
+    folder: Path,
+) -> Exception | None:
+    """Write `report.html`; what was in its way."""
+    try:
+        from companion.report.flight_page.page import FlightPage, write_page
+
+        write_page(FlightPage(config, result, outcome.scored_s, story, trouble, made), folder)
+    except Exception as error:  # whatever it is: the flight has its result
+        return error
+    return None
+
+
+def _say(trouble: Exception) -> str:
+    return str(trouble) or type(trouble).__name__
 
 
 def _draw(
