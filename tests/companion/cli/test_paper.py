@@ -62,7 +62,10 @@ def test_help_names_the_options_and_what_the_exit_status_means():
 
 
 def test_without_a_folder_the_same_command_finds_the_same_one(monkeypatch):
-    asked = flown(monkeypatch)
+    def interrupted(_):
+        raise CampaignInterruptedError("before anything is drawn")
+
+    asked = flown(monkeypatch, interrupted)
     paper("--quick", "--jobs", "1")
     paper("--jobs", "1")
     assert [str(folder) for _, folder, _ in asked] == ["paper-quick", "paper"]
