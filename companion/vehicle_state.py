@@ -15,8 +15,10 @@ class VehicleState:
     position_enu_m: Vector3
     """Position in the autopilot's local frame, turned to ENU."""
     velocity_enu_m_s: Vector3
+    """m/s."""
     attitude_flu_to_enu: Quaternion
     """(w, x, y, z), body FLU to world ENU."""
     rate_flu_rad_s: Vector3
+    """Body rates about forward, left and up, rad/s."""
     reset_counter: int = 0
     """Goes up, and around after 255, when the estimator steps and says so; 0 where none does."""

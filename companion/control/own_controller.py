@@ -47,8 +47,11 @@ class DesiredMotion:
     """Samples of the desired motion; each array is (samples, 3), ENU."""
 
     position_enu_m: Array
+    """m."""
     velocity_enu_m_s: Array
+    """m/s."""
     acceleration_enu_m_s2: Array
+    """m/s², without gravity: 0 at rest."""
 
 
 @dataclass(frozen=True, slots=True)

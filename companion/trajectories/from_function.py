@@ -40,10 +40,15 @@ class FunctionTrajectory:
     """
 
     name: str
+    """For people."""
     function: Along
+    """Position, ENU m, at s."""
     scored_s: float
+    """Length of the scored part, s."""
     velocity: Along | None = None
+    """Its derivative by s, m/s; None: by differences."""
     acceleration: Along | None = None
+    """The derivative of that, m/s²; None: by differences."""
 
     @property
     def end_s(self) -> float:

@@ -14,8 +14,11 @@ class Motion:
     """Samples of a desired motion, ENU; each array is (samples, 3)."""
 
     position_m: Array
+    """m."""
     velocity_m_s: Array
+    """m/s."""
     acceleration_m_s2: Array
+    """m/s², without gravity."""
 
 
 class Trajectory(Protocol):
