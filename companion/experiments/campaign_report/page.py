@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.experiments.campaign_report.figures import Figures
+from companion.experiments.campaign_report.glance import campaign_glance
 from companion.experiments.campaign_report.influence import CONTROLLER, Influence
 from companion.experiments.campaign_report.report import Report
 from companion.experiments.campaign_report.summary import index_text, mm, share_text
@@ -60,6 +61,7 @@ def _context(report: Report, figures: Figures, tables: Sequence[Path]) -> dict[s
         if (found := report.sensitivity.of(group, outcome))
     ]
     return {
+        "glance": campaign_glance(report),
         "name": campaign.manifest.name,
         "says": said.get("says") or "",
         "engine": campaign.manifest.engine,

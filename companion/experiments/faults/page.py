@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.experiments.faults.drawing import draw
+from companion.experiments.faults.glance import table_glance
 from companion.experiments.faults.study import Result, Unflown
 from companion.experiments.faults.written import NAME as JSON_NAME
 from companion.experiments.faults.written import Made, RowResult, counts
@@ -34,6 +35,7 @@ def write_page(results: Sequence[RowResult], made: Made, folder: Path) -> Path:
         for key, title in _GROUPS.items()
     ]
     context = {
+        "glance": table_glance(results),
         "groups": [group for group in groups if group[2]],
         "counts": {key: count for key, count in counts(results).items() if count},
         "signs": _SIGNS,

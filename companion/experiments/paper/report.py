@@ -7,6 +7,7 @@ from typing import Any
 
 from companion.experiments.paper.export import NAME as RESULTS_NAME
 from companion.experiments.paper.figures.render import DrawnFigure, draw_figures
+from companion.experiments.paper.glance import study_glance
 from companion.experiments.paper.headline import MeanError, mean_errors, verdict_counts
 from companion.experiments.paper.results import Claim, PaperResults, Verdict
 from companion.experiments.paper.scale import TRAJECTORIES, VEHICLE
@@ -67,6 +68,7 @@ def _context(
 ) -> dict[str, Any]:
     errors = mean_errors(results)
     return {
+        "glance": study_glance(results, claims, errors),
         "scale": results.scale,
         "seeds": seeds_text(results.scale.seeds),
         "vehicle": VEHICLE,

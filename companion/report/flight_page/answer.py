@@ -15,7 +15,6 @@ from companion.report.pages.glance import Glance, KeyFigure, Level
 
 WELL_MM = 100.0
 """A mean error above this is told as loose: ten times what the controller reaches in calm air."""
-_STARTED = ("track", "settle", "return", "land")
 _GOOD = ("landed", "tracked")
 _AFTER_EVENT_S = 3.0
 _BLOWS_M_S2 = 0.2
@@ -35,6 +34,19 @@ class Peak:
     """By the wind at that time; 0 if it is not known."""
     event: str
     """What the scenario did to the vehicle shortly before; empty for nothing."""
+
+
+def tracked_s(data: FlightData, scored_s: tuple[float, float] | None) -> tuple[float, float] | None:
+    """The scored times, if the flight came to them: None if tracking never began.
+
+    Args:
+        data: of the flight.
+        scored_s: autopilot's times between which tracking is or would have been scored.
+    """
+    ticks = data.ticks
+    if scored_s is None or not ((ticks.phase == "track") & (ticks.time_s >= scored_s[0])).any():
+        return None
+    return scored_s
 
 
 def find_peak(data: FlightData, scored_s: tuple[float, float]) -> Peak | None:
@@ -179,10 +191,10 @@ def _figures(
             KeyFigure("largest", f"{largest * 1e3:.1f}", "mm"),
         ]
     if scored_s is not None:
-        figures.append(KeyFigure("trajectory", f"{scored_s[1] - scored_s[0]:.1f}", "s"))
+        figures.append(KeyFigure("scored for", f"{scored_s[1] - scored_s[0]:.1f}", "s"))
     push = result["fan_or_wind_peak_accel_m_s2"]
     if push:
-        figures.append(KeyFigure("wind's push, at most", f"{push:.2f}", "m/s²"))
+        figures.append(KeyFigure("wind, at most", f"{push:.2f}", "m/s²"))
     latency = result["latency_ms"]
     if latency is not None:
         figures.append(KeyFigure("latency, p99", f"{latency['p99']:.2f}", "ms"))

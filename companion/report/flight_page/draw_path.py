@@ -28,7 +28,7 @@ def draw_path(scene: Scene) -> Figure:
     size[2] = max(size[2], _SIDE_SHARE * size[0])
     middle = (low + high) / 2
     inner_in = WIDTH_IN * 0.86
-    scale = min(inner_in / size[0], 4.6 / size[1])
+    scale = min(inner_in / size[0], 4.6 / size[1], 3.0 / size[2])
     above_in, side_in = size[1] * scale, size[2] * scale
     height = above_in + side_in + 1.25
     figure = Figure(figsize=(WIDTH_IN, height))

@@ -76,13 +76,14 @@ _SHADED = (
     "Shaded: the part that is scored. Dotted: a phase begins. Red ground: a fallback was flown."
 )
 _PATH = (
-    "Desired (dashed) and flown path while tracking was scored, in metres, east to the right, to "
-    "one scale; below, the same seen from the south. The flown one is the true one where a "
-    "simulation tells it."
+    "Desired (dashed) and flown path while tracking was scored (of a flight that never tracked: "
+    "all of it), in metres, to one scale; above seen from above, below from the south. The flown "
+    "one is the true one where a simulation tells it."
 )
 _ERROR = (
     "Distance between the desired and the vehicle's position, mm: true where a simulation tells "
-    f"it, and as the autopilot reported it. The scale is that of the scored part. {_SHADED}"
+    f"it, and as the autopilot reported it, with the mean while scored and what the wind did. The "
+    f"scale is that of the scored part. {_SHADED}"
 )
 _TILT = (
     "Commanded roll and pitch in degrees with the vehicle's limit (dashed), and the thrust field "
@@ -128,7 +129,7 @@ def _draw_error(scene: Scene) -> Figure:
     if len(inside):
         axes.set_ylim(0.0, 1.3 * max(float(inside.max()), 1e-3))
         if scene.scored_s is not None:
-            axes.axhline(float(inside.mean()), color=INK, lw=0.9, ls=":", label="mean while scored")
+            axes.axhline(float(inside.mean()), color=INK, lw=0.9, ls=":", label="mean")
     _draw_wind(axes, scene)
     if scene.peak is not None:
         x, y = scene.peak.since_start_s, scene.peak.error_mm
@@ -139,7 +140,7 @@ def _draw_error(scene: Scene) -> Figure:
             textcoords="offset points", ha="right" if late else "left", color=TROUBLE,
             fontsize=SMALL,
         )  # fmt: skip
-    caption(axes, "error, mm")
+    caption(axes, "mm")
     label_time(axes, scene)
     return _figure(axes)
 
@@ -152,7 +153,7 @@ def _draw_wind(axes: Axes, scene: Scene) -> None:
         return
     times, push = thin(truth.wind_time_s - scene.origin_s, wind, 200)
     height = 0.22 * axes.get_ylim()[1] / float(wind.max())
-    label = f"wind's push, up to {wind.max():.1f} m/s²"
+    label = f"wind, up to {wind.max():.1f} m/s²"
     axes.fill_between(times, push * height, color=BLOWS, alpha=0.3, lw=0, label=label)
 
 
@@ -195,7 +196,7 @@ def _draw_adaptation(scene: Scene) -> Figure:
             prepare(one, scene)
             draw_band(one, times, values[:, row], AXIS_COLOURS[row], AXES[row])
             _draw_bound(one, times, values[:, row], bounds[:, row])
-            one.text(0.02, 0.94, AXES[row], transform=one.transAxes, va="top", color=INK)
+            one.text(0.02, 0.04, AXES[row], transform=one.transAxes, va="bottom", color=INK)
             if row == 0:
                 caption(one, name)
                 legend = one.get_legend()
@@ -220,7 +221,7 @@ def _draw_bound(axes: Axes, times_s: Array, values: Array, bound: Array) -> None
     else:
         axes.text(0.98, 0.94, f"bound ±{far:.3g}", transform=axes.transAxes, ha="right", va="top",
                   fontsize=SMALL - 1, color=MUTED)  # fmt: skip
-    axes.set_ylim(-1.25 * reach - 1e-9, 1.25 * reach + 1e-9)
+    axes.set_ylim(-1.45 * reach - 1e-9, 1.25 * reach + 1e-9)
 
 
 def _draw_monitor(scene: Scene) -> Figure:
@@ -266,6 +267,8 @@ def _draw_timing(scene: Scene) -> Figure:
                            color=colour, label=name)  # fmt: skip
     if timed.any():
         computing.set_yscale("log")
+        low, high = (float(f(ticks.computed_us[timed])) for f in (np.min, np.max))
+        computing.set_ylim(0.7 * low, 1.4 * high)
         computing.minorticks_off()
     caption(computing, "computing, µs")
     if scene.real_time:
@@ -281,7 +284,8 @@ def _draw_timing(scene: Scene) -> Figure:
     if np.isfinite(silent).any():
         age.plot(times, silent, color=TROUBLE, lw=1.2, label="of the newest state")
         draw_limit(age, scene.limits.state_age_s * 1e3, "limit")
-    age.set_ylim(bottom=0.0)
+    ages = np.concatenate([said.loop_delay_s, said.state_age_s]) * 1e3
+    age.set_ylim(0.0, 1.25 * max([1.0, *ages[np.isfinite(ages)].tolist()]))
     caption(age, "age of the state, ms")
     label_time(age, scene)
     return _figure(computing)

@@ -3,6 +3,7 @@
 Each finding says what, how long or how often, and the threshold it is told from.
 """
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -262,8 +263,8 @@ def lasting_s(times_s: Array, marked: np.ndarray) -> float:
 
 def first_words(reasons: np.ndarray) -> str:
     """The reasons, each once, without the figures that differ from tick to tick."""
-    plain = dict.fromkeys(str(reason).partition(" (")[0] for reason in reasons if reason)
-    return "; ".join(plain)
+    plain = [re.sub(r" \(.*?\)|, for [\d.]+ s$", "", str(reason)) for reason in reasons if reason]
+    return "; ".join(dict.fromkeys(plain))
 
 
 def _clipped(times_s: Array, marked: np.ndarray, text: str) -> list[Finding]:

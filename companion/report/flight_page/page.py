@@ -2,14 +2,14 @@
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from companion.config.resolve import FlightConfig
 from companion.recording.flight_log import MCAP_NAME, TLOG_NAME
 from companion.recording.whole_file import write_whole
-from companion.report.flight_page.answer import WELL_MM, answer, find_peak
+from companion.report.flight_page.answer import WELL_MM, answer, find_peak, tracked_s
 from companion.report.flight_page.findings import Limits, find
 from companion.report.flight_page.story import Story
 from companion.report.pages.provenance import Provenance
@@ -56,6 +56,8 @@ def write_page(page: FlightPage, folder: Path) -> Path:
 
 def _context(page: FlightPage, folder: Path) -> dict[str, Any]:
     result, mission, story = page.result, page.config.mission, page.story
+    if story is not None:
+        page = replace(page, scored_s=tracked_s(story.data, page.scored_s))
     limits = _limits(page.config)
     findings = () if story is None else find(story, result, limits)
     origin_s = _origin_s(page)

@@ -49,7 +49,7 @@ def test_the_files_say_the_same_as_the_terminal(tmp_path, capsys):
 def test_the_page_needs_nothing_but_itself(tmp_path):
     run(tmp_path, "delay", "reboot")
     page = (tmp_path / "faults.html").read_text(encoding="utf-8")
-    links = re.findall(r'(?:src|href)="([^"]*)"', page)
+    links = re.findall(r'(?:src|href)="([^"#][^"]*)"', page)
     assert links == ["faults.json"]
     assert "no such &lt;fault&gt;" in page
     assert page.count("<svg ") == 2
