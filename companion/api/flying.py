@@ -200,7 +200,9 @@ def _order(
         check_sensors(shim.sensors)
     own = watched = None
     said: dict[str, str] = {}
+    others = dict(config.others)
     if controller is not None:
+        others[config.mission.controller] = config.controller  # may be asked for by `switch`
         watched = WatchedController(controller)
         said["controller"] = name_of(controller)
         below = None if fallback is None else str(fallback)
@@ -208,7 +210,7 @@ def _order(
     if wind is not None:
         said["wind"] = name_of(wind)
     # What is said of the flight: nothing is looked up by these any more.
-    config = replace(config, mission=config.mission.model_copy(update=said))
+    config = replace(config, mission=config.mission.model_copy(update=said), others=others)
     return _Order(config, trajectory, own, watched, wind, shim, key, whole, replayable)
 
 

@@ -100,8 +100,8 @@ class ControlSample:
 class AccelerationSetpoint:
     """Asks for an acceleration."""
 
-    acceleration_enu_m_s2: Vector3
-    """Beside gravity, which is made up for: (0, 0, 0) hovers."""
+    acceleration_enu_m_s2: Vector3 | Array
+    """Three numbers, beside gravity, which is made up for: (0, 0, 0) hovers."""
     yaw_rad: float | None = None
     """Heading, counter-clockwise from east; None: the one that the mission wants."""
 
@@ -110,8 +110,8 @@ class AccelerationSetpoint:
 class AttitudeSetpoint:
     """Asks for an attitude and a thrust."""
 
-    attitude_flu_to_enu: Quaternion
-    """(w, x, y, z), body FLU to world ENU."""
+    attitude_flu_to_enu: Quaternion | Array
+    """(w, x, y, z), body FLU to world ENU; its length does not matter."""
     specific_thrust_m_s2: float
     """Collective thrust over the vehicle's mass: 9.81 carries a level vehicle."""
 

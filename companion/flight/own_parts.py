@@ -11,7 +11,7 @@ from companion.control.frameworks import Limits
 from companion.control.own_controller import Controller, OwnStack
 from companion.control.yaw import YawGains
 from companion.flight.assemble import attitude_gains, thrust_law
-from companion.flight.stacks import NamedStack, Stacks, make_stacks, monitor_limits
+from companion.flight.stacks import NamedStack, Stacks, make_stacks
 from companion.thrust_meaning import ThrustMeaning
 
 
@@ -52,8 +52,8 @@ def own_stacks(config: FlightConfig, own: OwnController, thrust: ThrustMeaning) 
         attitude_loop=attitude_gains(vehicle) if mission.setpoint == "rates" else None,
     )
     flown = NamedStack(own.name, stack)
-    if own.fallback is None:
-        return Stacks((flown,), monitor=monitor_limits(mission, vehicle), acts=mission.monitor.act)
     stacks = make_stacks(config, thrust=thrust)
+    if own.fallback is None:
+        return replace(stacks, ladder=(flown,))
     below = replace(stacks.ladder[-1], name=own.fallback, level="robust")
     return replace(stacks, ladder=(flown, below))

@@ -1,7 +1,10 @@
 """Controllers, trajectories, winds and vehicles of one's own in lockstep flights."""
 
 import math
+import os
+import signal
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +19,14 @@ from companion.api import (
     fly,
     make_trajectory,
     plant_of,
+    read_flight,
     vehicle_of,
     write_yaml,
 )
+from companion.flight.conduct import conduct
+from companion.flight.own_parts import OwnController
+from companion.flight.replay import recorded
+from companion.flight.replay.recorded import ReplayError
 
 SHORT = make_trajectory(
     lambda s: (0.3 * math.sin(s), 0.3 * math.cos(s), 1.2), 4.0, name="short circle"
@@ -92,6 +100,30 @@ def test_what_is_not_finite_never_leaves_and_the_vehicle_is_handed_over():
     assert flight.ticks.on_fallback[late].all()
 
 
+def test_a_planned_hand_over_relieves_it_too():
+    flight = fly(SHORT, Springs(), settings={"switch": ["t=2:mpc-l1"]})
+
+    assert flight.completed
+    late = flight.ticks.track_s > 2.1
+    assert set(flight.ticks.controller[late]) == {"mpc-l1"}
+
+
+async def test_it_never_flies_in_real_time():
+    own = OwnController(Springs(), "Springs", None)
+    nothing: Any = None
+    with pytest.raises(ValueError, match="only a simulated vehicle"):
+        await conduct(nothing, nothing, nothing, nothing, nothing, nothing, real_time=True, own=own)
+
+
+def test_its_log_says_that_it_cannot_be_replayed(tmp_path):
+    fly(SHORT, Springs(), folder=tmp_path)
+
+    with pytest.raises(ReplayError):
+        recorded.read_flight(tmp_path)
+    read = read_flight(tmp_path)
+    assert (read.controller, read.completed) == ("Springs", True)
+
+
 @pytest.mark.parametrize("given", [Springs, object(), 4.0])
 def test_what_is_no_controller_is_refused(given):
     with pytest.raises(InputError, match=r"is a class|is no controller"):
@@ -128,6 +160,20 @@ def test_an_exception_of_a_wind_reaches_the_caller():
 
     with pytest.raises(ZeroDivisionError):
         fly(SHORT, wind=wind)
+
+
+def test_ctrl_c_lands_the_simulated_vehicle_and_ends_the_call():
+    asked: list[float] = []
+
+    def wind(time_s: float, position_enu_m: tuple[float, float, float]):
+        if time_s > 5.0 and not asked:
+            os.kill(os.getpid(), signal.SIGINT)
+            asked.append(position_enu_m[2])
+        return (0.0, 0.0, 0.0)
+
+    with pytest.raises(KeyboardInterrupt):
+        fly(SHORT, wind=wind)
+    assert asked[0] > 0.5
 
 
 @dataclass(frozen=True)
