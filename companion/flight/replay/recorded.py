@@ -176,7 +176,7 @@ def _configuration(
     values = found[0]
     if not values["replayable"]:
         raise ReplayError(
-            f"{path}: is the flight of an experiment, or of a controller or a trajectory that is in "
+            f"{path}: is the flight of an experiment, or of a controller or trajectory that is in "
             "no file: its setpoints follow from more than the log holds. Replay an ordinary flight."
         )
     try:
