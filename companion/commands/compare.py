@@ -21,6 +21,8 @@ from companion.experiments.progress import ProgressDisplay
 from companion.experiments.provenance import commit, version
 from companion.experiments.workers import default_jobs
 from companion.report.compare_figure import draw_comparison
+from companion.report.compare_page.page import NAME as PAGE_NAME
+from companion.report.compare_page.page import write_page
 from companion.report.compare_record import comparison_object
 from companion.report.compare_results import Comparison, Perturbed
 from companion.report.compare_table import compare_table
@@ -96,7 +98,9 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
         recoveries=tuple(flights.cell for flights in events),
     )
     _write(comparison, request.out)
-    draw_events(events, f"{comparison.vehicle}, {comparison.autopilot}", request.out)
+    about = f"{comparison.vehicle}, {comparison.autopilot}"
+    pictures = draw_events(events, about, request.out)
+    write_page(comparison, pictures, request.out)
     _tell(comparison, request)
     if all(summary.outcome in _UNFLOWN for summary in summaries.values()):
         reason = next(iter(summaries.values())).note
@@ -163,4 +167,5 @@ def _tell(comparison: Comparison, request: CompareRequest) -> None:
     console.print(compare_table(comparison))
     if comparison.recoveries:
         console.print(recovery_table(comparison.recoveries))
-    console.print(f"{request.out / 'compare.png'}  {request.out / 'compare.json'}", soft_wrap=True)
+    files = (PAGE_NAME, "compare.png", "compare.json")
+    console.print("  ".join(str(request.out / name) for name in files), soft_wrap=True)

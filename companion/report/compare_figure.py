@@ -8,13 +8,17 @@ long line is a perturbation that it bears badly; a cross at the right are lost f
 import math
 from bisect import bisect
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from companion.report.compare_results import NOMINAL, Cell, Comparison, file_name
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _COLOURS = ("#7f8c8d", "#1f6fb4", "#e08214", "#5aae61", "#9970ab", "#35978f")
 """The first controller, to which all are compared, is grey."""
 _TROUBLE = "#c0392b"
+_SMALL_PRINT, _BAND = "#555555", "#f4f6f7"
 _MM = 1e3
 _WIDE_IN, _DPI = 10.0, 100
 _ROW_HEIGHT_IN = 0.34
@@ -49,6 +53,19 @@ def draw_comparison(comparison: Comparison, path: Path) -> None:
     import matplotlib as mpl
 
     mpl.use("Agg")
+    comparison_figure(comparison).savefig(path, dpi=_DPI)
+
+
+def comparison_figure(
+    comparison: Comparison, *, small_print: str = _SMALL_PRINT, band: str = _BAND
+) -> "Figure":
+    """The figure, as it is set now (`matplotlib.rc_context`).
+
+    Args:
+        comparison: what it shows.
+        small_print: colour of the explanation below.
+        band: colour of every other row's ground.
+    """
     from matplotlib.figure import Figure
 
     rows = _rows(comparison)
@@ -69,7 +86,7 @@ def draw_comparison(comparison: Comparison, path: Path) -> None:
     for k, wind in enumerate(panels):
         axes = figure.add_subplot(grid[0, k], sharey=first)
         first = first or axes
-        _prepare(axes, comparison, rows, limits, labelled=k == 0)
+        _prepare(axes, comparison, rows, band, labelled=k == 0)
         _scale(axes, limits, panel_px)
         title = "" if wind is None else file_name(wind)
         axes.set_title(title, fontsize=11, loc="left", fontweight="bold")
@@ -77,9 +94,9 @@ def draw_comparison(comparison: Comparison, path: Path) -> None:
             _draw_controller(axes, comparison, controller, index, wind, rows, limits)
     _legend(figure, comparison, height)
     figure.text(
-        0.015, 0.1 / height, _explanation(comparison), fontsize=8, color="#555555", va="bottom"
+        0.015, 0.1 / height, _explanation(comparison), fontsize=8, color=small_print, va="bottom"
     )
-    figure.savefig(path, dpi=_DPI)
+    return figure
 
 
 def _rows(comparison: Comparison) -> list[tuple[str, str]]:
@@ -166,7 +183,7 @@ def _prepare(
     axes: Axes,
     comparison: Comparison,
     rows: list[tuple[str, str]],
-    limits: tuple[float, float],
+    band: str,
     *,
     labelled: bool,
 ) -> None:
@@ -179,7 +196,7 @@ def _prepare(
     for side in ("top", "right", "left"):
         axes.spines[side].set_visible(False)
     for k in range(0, len(rows), 2):
-        axes.axhspan(k - 0.5, k + 0.5, color="#f4f6f7", zorder=-5, lw=0)
+        axes.axhspan(k - 0.5, k + 0.5, color=band, zorder=-5, lw=0)
     kinds = [p.bearable for p in comparison.perturbations]
     for k in range(1, len(kinds)):
         if kinds[k] != kinds[k - 1] and len(kinds) > 1:

@@ -1,0 +1,1 @@
+"""`report.html` of a comparison: who tracked how well, and who bears what."""
