@@ -19,6 +19,8 @@ _COLOURS = ("#7f8c8d", "#1f6fb4", "#e08214", "#5aae61", "#9970ab", "#35978f")
 """The first controller, to which all are compared, is grey."""
 _TROUBLE = "#c0392b"
 _SMALL_PRINT, _BAND = "#555555", "#f4f6f7"
+_SPACE = "\u00a0\u00a0"
+"""Beside a point; plain spaces would be lost in SVG."""
 _MM = 1e3
 _WIDE_IN, _DPI = 10.0, 100
 _ROW_HEIGHT_IN = 0.34
@@ -40,6 +42,8 @@ _FEWEST_TICKS = 3
 _TICK_LABEL_PX = 20.0
 """Half of the widest."""
 
+Colour = str | tuple[str, float]
+"""A name, or one with its opacity."""
 Axes = Any
 """matplotlib's; it is imported only when something is drawn."""
 
@@ -57,7 +61,7 @@ def draw_comparison(comparison: Comparison, path: Path) -> None:
 
 
 def comparison_figure(
-    comparison: Comparison, *, small_print: str = _SMALL_PRINT, band: str = _BAND
+    comparison: Comparison, *, small_print: str = _SMALL_PRINT, band: Colour = _BAND
 ) -> "Figure":
     """The figure, as it is set now (`matplotlib.rc_context`).
 
@@ -183,7 +187,7 @@ def _prepare(
     axes: Axes,
     comparison: Comparison,
     rows: list[tuple[str, str]],
-    band: str,
+    band: Colour,
     *,
     labelled: bool,
 ) -> None:
@@ -229,7 +233,7 @@ def _draw_controller(
         if wind is not None and math.isfinite(times):
             axes.plot([error / times, error], [y, y], color=colour, lw=2.2, alpha=0.45, zorder=2)
         axes.plot([error], [y], marker="o", ms=6.5, color=colour, ls="none", zorder=3)
-        text = f"  {error:.1f}" if error < 100.0 else f"  {error:.0f}"
+        text = f"{_SPACE}{error:.1f}" if error < 100.0 else f"{_SPACE}{error:.0f}"
         bad = not comparison.bears(cell)
         if wind is not None and (bad or times >= _WORTH_TELLING):
             text += f"  ({times:.1f} ×)"

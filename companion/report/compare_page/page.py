@@ -1,7 +1,7 @@
 """A comparison's page: one file that needs nothing but the pictures beside it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,12 @@ def write_page(comparison: Comparison, pictures: Sequence[Path], folder: Path) -
     Raises:
         OSError: it can't be written.
     """
-    filters = {"mm": _mm, "times": _times, "seconds": _seconds, "wind": file_name}
+    filters: dict[str, Callable[..., str]] = {
+        "mm": _mm,
+        "times": _times,
+        "seconds": _seconds,
+        "wind": file_name,
+    }
     path = folder / NAME
     context = _context(comparison, pictures, folder)
     write_whole(path, render_page(_PACKAGE, _TEMPLATE, context, filters))
@@ -77,7 +82,7 @@ def _drawing(comparison: Comparison) -> str:
     from companion.report.pages.svg import svg_text
 
     with mpl.rc_context({**SETTINGS, "axes.grid": False}):
-        figure = comparison_figure(comparison, small_print=MUTED, band=FAINT)
+        figure = comparison_figure(comparison, small_print=MUTED, band=(FAINT, 0.4))
         return inline_svg(svg_text(figure), "comparison", "Mean tracking errors, mm")
 
 
