@@ -138,7 +138,7 @@ class Flight:
     truth: Truth
     """The simulation's."""
     folder: Path | None
-    """Of its logs, `result.json` and `track.png`; None if it was kept in memory only."""
+    """Of its logs, `result.json`, `report.html` and `track.png`; None: all was kept in memory."""
     data: FlightData = field(repr=False, compare=False)
     """The arrays as the reports read them.  Not part of the stable surface."""
 

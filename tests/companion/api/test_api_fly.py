@@ -1,6 +1,7 @@
 """One call flies in lockstep: what comes back, what is refused, and that it is repeatable."""
 
 import asyncio
+import html
 import json
 import math
 
@@ -57,7 +58,7 @@ def test_a_part_is_scored_like_the_whole(flight):
 
 def test_the_same_call_gives_the_same_flight_also_within_a_running_loop(flight):
     async def in_a_notebook():
-        return fly(SHORT, wind="gusts", seed=2)
+        return fly(SHORT, wind="gusts", seed=np.int64(2))
 
     again = asyncio.run(in_a_notebook())
 
@@ -70,9 +71,12 @@ def test_a_folder_is_read_back_as_it_was_flown(flight, tmp_path):
 
     read = read_flight(tmp_path / "flight")
 
-    assert {"flight.mcap", "flight.tlog", "result.json"} <= {
+    assert {"flight.mcap", "flight.tlog", "result.json", "report.html"} <= {
         path.name for path in written.folder.iterdir()
     }
+    page = (written.folder / "report.html").read_text(encoding="utf-8")
+    assert "companion.api.fly(trajectory=short circle, wind=" in html.unescape(page)
+    assert written.warnings == ()
     assert read.figures == written.figures == flight.figures
     assert read.scored_s == written.scored_s
     assert (read.outcome, read.trajectory, read.wind) == ("tracked", "short circle", "gusts")
