@@ -1,6 +1,7 @@
 """A flight as a recording for the rerun viewer (https://rerun.io): ``rerun flight.rrd``."""
 
 import math
+import uuid
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ _BATCH = 2048
 _AXES = "xyz"
 _GONE = (math.nan,) * 3
 _ARM_M = 0.18
+_LINE_M = 0.006
 _DESIRED, _FLOWN, _TRUE = (242, 158, 26), (64, 143, 245), (120, 200, 120)
 _FENCE, _VEHICLE, _FORWARD = (150, 150, 150), (230, 230, 230), (235, 77, 61)
 _OF_AXES = ((235, 77, 61), (90, 180, 80), (64, 143, 245))
@@ -50,10 +52,14 @@ def write_rerun(files: FlightFiles, path: Path, tell: Tell) -> None:
     rr = _rerun()
     scene = scene_of(files, tell)
     path.open("wb").close()  # else rerun only warns of a file that it cannot write
-    recording = rr.RecordingStream("companion", recording_id=f"{files.folder.resolve().name}")
+    name = files.folder.resolve()
+    recording = rr.RecordingStream(
+        "companion", recording_id=uuid.uuid5(uuid.NAMESPACE_URL, name.as_uri())
+    )
     recording.set_log_time_enabled(False)
     recording.set_log_tick_enabled(False)
-    recording.save(path, default_blueprint=_blueprint(rr))
+    recording.save(path, default_blueprint=_blueprint(rr, scene))
+    recording.send_recording_name(name.name)
     _send_still(rr, recording, scene)
     _send_records(rr, recording, files, scene, tell)
     _send_truth(rr, recording, files, tell)
@@ -69,12 +75,21 @@ def _send_still(rr: Any, recording: Any, scene: Scene) -> None:  # noqa: ANN401 
         ("world/flown_path", scene.flown_enu_m, _FLOWN),
     ):
         if points:
-            recording.log(name, rr.LineStrips3D([points], colors=[color]), static=True)
+            recording.log(
+                name, rr.LineStrips3D([points], colors=[color], radii=[_LINE_M]), static=True
+            )
     if scene.geofence_enu_m is not None:
         low, high = scene.geofence_enu_m
         sizes = [b - a for a, b in zip(low, high, strict=True)]
         recording.log(
-            "world/geofence", rr.Boxes3D(mins=[low], sizes=[sizes], colors=[_FENCE]), static=True
+            "world/geofence",
+            rr.Boxes3D(
+                mins=[low],
+                sizes=[sizes],
+                colors=[_FENCE],
+                fill_mode=rr.components.FillMode.MajorWireframe,
+            ),
+            static=True,
         )
     side = _ARM_M / math.sqrt(2.0)
     arms = [[(side, side, 0), (-side, -side, 0)], [(side, -side, 0), (-side, side, 0)]]
@@ -240,13 +255,15 @@ def _send_truth(rr: Any, recording: Any, files: FlightFiles, tell: Tell) -> None
         send()
 
 
-def _blueprint(rr: Any) -> Any:  # noqa: ANN401 - rerun
+def _blueprint(rr: Any, scene: Scene) -> Any:  # noqa: ANN401 - rerun
     """Which views there are at first: the scene at the left, figures and messages at the right."""
     rrb = rr.blueprint
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                rrb.Spatial3DView(origin="world", name="Flight, ENU [m]"),
+                rrb.Spatial3DView(
+                    origin="world", name="Flight, ENU [m]", eye_controls=_eye(rrb, scene)
+                ),
                 rrb.TextLogView(origin="messages", name="Messages"),
                 row_shares=[4, 1],
             ),
@@ -265,8 +282,20 @@ def _blueprint(rr: Any) -> Any:  # noqa: ANN401 - rerun
                 ),
             ),
         ),
-        rrb.TimePanel(timeline=LOG_TIME),
+        rrb.TimePanel(timeline=LOG_TIME, state="collapsed"),
+        collapse_panels=True,
     )
+
+
+def _eye(rrb: Any, scene: Scene) -> Any:  # noqa: ANN401 - rerun
+    """From the south-east, above, as far away as the desired path is large."""
+    points = scene.desired_enu_m or scene.flown_enu_m or [(0.0, 0.0, 0.0)]
+    low = [min(point[k] for point in points) for k in range(3)]
+    high = [max(point[k] for point in points) for k in range(3)]
+    middle = [(a + b) / 2.0 for a, b in zip(low, high, strict=True)]
+    away_m = 0.9 * max(math.dist(low, high), 1.0)
+    position = [middle[0] + 0.5 * away_m, middle[1] - away_m, middle[2] + 0.6 * away_m]
+    return rrb.EyeControls3D(position=position, look_target=middle)
 
 
 def _rerun() -> Any:  # noqa: ANN401 - an optional library
