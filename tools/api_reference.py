@@ -120,8 +120,16 @@ def _class(definition: ast.ClassDef) -> list[str]:
 
 
 def _row(name: str, kind: str, text: str) -> str:
-    cells = (f"`{name}`", f"`{kind}`", _marked(" ".join(text.split())))
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    """A field; a bar in a table's cell is shown differently from place to place, so there is none.
+
+    Raises:
+        ValueError: its text has one.
+    """
+    said = _marked(" ".join(text.split()))
+    kinds = " or ".join(f"`{one}`" for one in kind.split(" | "))
+    if "|" in said or "|" in kinds:
+        raise ValueError(f"{name}: write it without a bar: {kind}, {text}")
+    return f"| `{name}` | {kinds} | {said} |"
 
 
 def _signature(function: ast.FunctionDef) -> str:
