@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tools.docs.how_it_works import IMAGES, PICTURES
-from tools.docs.pictures import adaptation, constraint, loop, preview
+from tools.docs.pictures import adaptation, constraint, delay, loop, preview
 from tools.docs.pictures.model import run, shipped_mpc
 from tools.docs.style import LARGEST_BYTES
 
@@ -56,3 +56,8 @@ def test_before_a_corner_the_reference_jumps_back_while_the_closed_form_still_se
     before = min(made, key=lambda plan: abs(plan.time_s + 0.3))
     assert before.plan_m[0, 0] < before.position_m[0] - 0.5
     assert np.abs(before.position_m[0] + 0.8 * 0.3) < 0.06
+
+
+def test_at_70_ms_of_delay_a_plan_from_the_state_as_measured_swings_and_a_carried_one_holds():
+    assert delay.mean_error_mm(40, carried=True) == pytest.approx(37.0, abs=10.0)
+    assert delay.mean_error_mm(40, carried=False) > 150.0

@@ -53,13 +53,13 @@ def draw(folder: Path) -> list[Path]:
     flown.plot(times, [p.position_m[_EAST] for p in walled], color=FLOWN, lw=2.0, label="with it")
     ran = [p.record.status == "solved" for p in walled]
     flown.fill_between(times, -0.1, -0.06, where=ran, color=FLOWN, lw=0, label="the solver runs")
-    flown.text(6.9, _WALL_M + 0.03, "outside the geofence", color=OTHER, fontsize=8.5, ha="right")
+    flown.text(0.1, 0.85, "outside the geofence", color=OTHER, fontsize=8.5)
     flown.set_title("Flown")
     flown.set_ylabel("east, m")
     flown.set_xlabel("s")
     flown.set_xlim(0.0, 7.0)
     flown.set_ylim(-0.1, 0.9)
-    flown.legend(loc="lower center", fontsize=8.5)
+    flown.legend(loc="lower center", bbox_to_anchor=(0.5, 0.05), fontsize=8.5)
 
     shown, closed_form = shown_plan(walled)
     ahead = shown.time_s + shipped_mpc().preview_times_s[1:]
@@ -70,6 +70,6 @@ def draw(folder: Path) -> list[Path]:
     planned.set_title("Two plans from the same place")
     planned.set_xlabel("s")
     planned.set_xlim(0.0, 7.0)
-    planned.legend(loc="lower right", fontsize=8.5)
+    planned.legend(loc="lower center", fontsize=8.5)
     says = "Where the closed form would leave the geofence, the solver's plan stays within it."
     return [save(figure, folder / "how-constraint.svg", says)]

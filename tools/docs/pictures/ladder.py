@@ -43,6 +43,7 @@ def draw(folder: Path) -> list[Path]:
         path.plot(desired_s, desired[:, axis], color=DESIRED, lw=1.0, ls="--")
     path.plot([], [], color=DESIRED, lw=1.0, ls="--", label="desired")
     path.set_xlim(_BEGIN_S, _END_S)
+    path.set_ylim(-1.65, 1.7)
     path.set_title("Where the vehicle truly is")
     path.set_ylabel("m")
     path.set_xlabel("seconds since the companion flies")
