@@ -20,17 +20,26 @@ def print_summary(console: Console, result: dict[str, Any]) -> None:
             as an error.
         result: as `result_object` makes it.
     """
-    table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_column(style="dim", no_wrap=True, min_width=_LABEL_CELLS)
-    table.add_column()
     said_already = console.is_terminal and result["outcome"] != "landed"
-    for name, value in _rows(result, with_note=not said_already):
-        table.add_row(name, value)
-    console.print(table)
+    rows = _rows(result, with_note=not said_already)
+    if console.is_terminal:
+        console.print(_table(rows))
+    else:  # in a file a line for each, without the blanks that fill a table's cells
+        for name, value in rows:
+            console.print(Text(f"{name:<{_LABEL_CELLS}}  ").append_text(value), soft_wrap=True)
     if result["log_dir"]:
         where = Text(f"{'files':<{_LABEL_CELLS}}  ", style="dim")
         where.append(_from_here(Path(result["log_dir"])), style="not dim")
         console.print(where, soft_wrap=True)
+
+
+def _table(rows: list[tuple[str, Text]]) -> Table:
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_column(style="dim", no_wrap=True, min_width=_LABEL_CELLS)
+    table.add_column()
+    for name, value in rows:
+        table.add_row(name, value)
+    return table
 
 
 def _rows(result: dict[str, Any], *, with_note: bool) -> list[tuple[str, Text]]:
@@ -101,8 +110,9 @@ def _event(event: dict[str, Any]) -> Text:
 
 def _control(result: dict[str, Any]) -> Text:
     text = Text(f"{result['ticks']} ticks")
+    one_missed = result["missed_deadlines"] == 1
     for count, what in (
-        (result["missed_deadlines"], "deadlines missed"),
+        (result["missed_deadlines"], "deadline missed" if one_missed else "deadlines missed"),
         (result["fallbacks"], "on a fallback"),
     ):
         text.append(f", {count} {what}", style="yellow" if count else "")

@@ -50,7 +50,7 @@ def _context(comparison: Comparison, pictures: Sequence[Path], folder: Path) -> 
         "svg": _drawing(comparison),
         "pictures": [path.name for path in pictures],
         "files": [name for name in ("compare.json", "compare.png") if (folder / name).is_file()],
-        "has_flights": (folder / "flown").is_dir(),
+        "has_flights": (folder / "flights").is_dir(),
         "margin_mm": f"{MARGIN_M * _MM:.0f}",
     }
 
