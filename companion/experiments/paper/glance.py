@@ -22,7 +22,8 @@ def study_glance(
     counts = verdict_counts(claims)
     reproduced, own = counts["reproduced"], errors[0]
     rest = [f"{count} {name}" for name, count in counts.items() if name != "reproduced" and count]
-    sentence = f"{reproduced} of the paper's {len(claims)} claims {'was' if reproduced == 1 else 'were'} reproduced"
+    verb = "was" if reproduced == 1 else "were"
+    sentence = f"{reproduced} of the paper's {len(claims)} claims {verb} reproduced"
     sentence += f" ({', '.join(rest)})" if rest else ""
     if math.isfinite(own.calm.mean):
         sentence += f"; MPC-L1 tracks to {millimetres(own.calm, ' mm')} in calm air"
