@@ -26,7 +26,6 @@ ROOT_PAGES = {
     "CHANGELOG.md": "changelog.md",
     "SECURITY.md": "security.md",
     "README.md": "readme.md",
-    "LICENSE": "license.md",
 }
 """Documents at the root, and where the site has them."""
 SOURCE = "source"
@@ -55,7 +54,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the root's documents, and a page for each file or folder that is linked to."""
     for name, uri in ROOT_PAGES.items():
-        if name.endswith(".md") and (ROOT / name).is_file():
+        if (ROOT / name).is_file():
             text = (ROOT / name).read_text(encoding="utf-8")
             files.append(File.generated(config, uri, content=_at_home(text)))
     for path in sorted(_with_contents(_linked(Path(config.docs_dir)))):
@@ -160,7 +159,7 @@ def _led(target: str, uri: str) -> str:
 
 def _linked(docs: Path) -> Iterator[str]:
     """Paths in the repository, outside of docs/, that its documents link to."""
-    documents = [*docs.rglob("*.md"), *(ROOT / name for name in ROOT_PAGES if name.endswith(".md"))]
+    documents = [*docs.rglob("*.md"), *(ROOT / name for name in ROOT_PAGES)]
     seen: set[str] = set()
     for document in documents:
         home = document.parent.relative_to(ROOT).as_posix()
