@@ -149,7 +149,8 @@ def _export_file(kind: str, files: FlightFiles, target: Path, tell: Tell) -> Exp
 def _counted(tables: list[tuple[Table, int]], target: Path) -> str:
     rows = sum(count for _, count in tables)
     size = sum(path.stat().st_size for path in target.rglob("*") if path.is_file())
-    return f"{len(tables)} tables, {rows:,} rows, {_megabytes(size)}"
+    plural = "" if len(tables) == 1 else "s"
+    return f"{len(tables)} table{plural}, {rows:,} rows, {_megabytes(size)}"
 
 
 def _megabytes(size: int) -> str:
