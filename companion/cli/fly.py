@@ -11,48 +11,18 @@ from companion.cli.common import ExitStatus, bad_input, number_or_text
 
 def fly(
     traj: options.Trajectory = None,
-    controller: Annotated[
-        str | None, typer.Option(help="Controller by name, or its YAML file.", metavar="NAME|FILE")
-    ] = None,
+    controller: options.Controller = None,
     vehicle: options.Vehicle = None,
-    wind: Annotated[
-        str | None,
-        typer.Option(
-            help="Wind of the embedded shim: calm, fan, gusts, wind3, payload-drop, gust-front, "
-            "weak-motor, or a scenario's YAML file.",
-            metavar="NAME|FILE",
-        ),
-    ] = None,
-    faults: Annotated[
-        str | None,
-        typer.Option(
-            help="What goes wrong on purpose in the embedded shim: bad-link, slow-link, or a "
-            "faults' YAML file.",
-            metavar="NAME|FILE",
-        ),
-    ] = None,
-    sensors: Annotated[
-        str | None,
-        typer.Option(
-            help="Sensors of the embedded shim in place of the vehicle's own: mocap, gnss, ekf3, "
-            "exact, or a profile's YAML file.",
-            metavar="NAME|FILE",
-        ),
-    ] = None,
+    wind: options.Wind = None,
+    faults: options.Faults = None,
+    sensors: options.Sensors = None,
     mocap: options.MocapSystem = None,
     seed: Annotated[
         int | None, typer.Option(help="Seed of all noise of the embedded shim.")
     ] = None,
     autopilot: options.Autopilot = None,
     setpoint: options.SetpointKind = None,
-    switch: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Hand over in flight, t seconds after the trajectory's start: to a controller by "
-            "name or YAML file, or l1-off, l1-on. May be repeated.",
-            metavar="t=S:CONTROLLER",
-        ),
-    ] = None,
+    switch: options.Switch = None,
     mission: options.Mission = None,
     setting: options.Settings = None,
     connect: Annotated[
@@ -78,7 +48,9 @@ def fly(
     ] = False,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the flight's files; by default a new one in flights/."),
+        typer.Option(
+            help="Folder of the flight's files; by default a new one in flights/.", metavar="DIR"
+        ),
     ] = None,
     json_output: options.JsonOutput = False,
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Show every message.")] = False,

@@ -81,7 +81,7 @@ class ProgressDisplay:
         self._note = ""
         self._bar: Bar | None = None
         self._task = TaskID(0)
-        if self._console.is_terminal:
+        if self._console.is_terminal and not self._console.is_dumb_terminal:
             self._bar = Bar(
                 TextColumn("{task.description}"),
                 BarColumn(),

@@ -10,7 +10,9 @@ from companion.flight.observer import TickView
 
 _COLOURS = {"info": "cyan", "warning": "yellow", "error": "bold red"}
 _TICKS_PER_REFRESH = 20
-_BAR_CELLS = 12
+_BAR_CELLS, _FEWEST_CELLS = 12, 4
+_BESIDE_BAR = 57
+"""Columns of the rest of the live line: on a narrow terminal the bar is shorter."""
 _CLEAR_LINE = "\r\x1b[2K"
 _YELLOW, _PLAIN = "\x1b[33m", "\x1b[0m"
 
@@ -60,14 +62,16 @@ class TerminalObserver:
         self._ticks += 1
         if not self._is_live or self._ticks % _TICKS_PER_REFRESH:
             return
-        done = round(view.progress * _BAR_CELLS)
-        bar = self._bar[0] * done + self._bar[1] * (_BAR_CELLS - done)
+        width = self._console.width
+        cells = max(_FEWEST_CELLS, min(_BAR_CELLS, width - _BESIDE_BAR))
+        done = round(view.progress * cells)
+        bar = self._bar[0] * done + self._bar[1] * (cells - done)
         last = view.fallback or f"tilt {view.tilt_deg:4.1f}°"
         line = (
             f"{self._time()}{bar} {view.progress:4.0%}  {view.phase:<8} error "
             f"{view.tracking_error_m * 1e3:6.1f} mm  {last}"
         )
-        self._line = line[: self._console.width - 1]
+        self._line = line[: width - 1]
         if view.fallback and self._has_colour:
             self._line = _YELLOW + self._line + _PLAIN
         self._write(_CLEAR_LINE + self._line)

@@ -52,3 +52,11 @@ def test_a_terminal_has_a_bar_with_the_remaining_time(monkeypatch):
 
     assert "3/10" in shown.getvalue()
     assert "1 min 01 s left" in shown.getvalue()
+
+
+def test_a_dumb_terminal_gets_lines(monkeypatch):
+    monkeypatch.setenv("TERM", "dumb")
+    shown = Terminal()
+    with ProgressDisplay("flying", stream=shown) as display:
+        display(1, 1, 0.0)
+    assert shown.getvalue() == "flying: 1 of 1 flights\n"

@@ -88,3 +88,22 @@ def test_nothing_that_a_person_named_is_taken_for_markup():
     lines = show(LANDED, trajectory="[bold]x[/].csv")
 
     assert "trajectory [bold]x[/].csv, mpc-l1" in lines[1]
+
+
+def test_in_a_file_no_line_ends_in_blanks_and_on_a_narrow_terminal_all_fit():
+    result = result_object(MissionConfig(wind="fan"), LANDED, FIGURES, wall_s=2.6, log_dir=None)
+    for terminal, width in ((False, 1000), (True, 60)):
+        shown = io.StringIO()
+        print_summary(
+            Console(file=shown, force_terminal=terminal, width=width, color_system=None), result
+        )
+        lines = shown.getvalue().splitlines()
+        if terminal:
+            assert max(map(len, lines)) <= width
+        else:
+            assert lines == [line.rstrip() for line in lines]
+
+
+def test_one_deadline_is_one():
+    lines = show(replace(LANDED, missed_deadlines=1))
+    assert "control         3900 ticks, 1 deadline missed, 0 on a fallback" in lines

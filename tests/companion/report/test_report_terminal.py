@@ -136,3 +136,14 @@ def test_a_terminal_that_is_gone_at_the_end_harms_nobody():
     with observer:
         ticks(observer, 20)
         shown.close()
+
+
+def test_on_a_narrow_terminal_the_live_line_keeps_its_figures():
+    shown = Shown()
+    console = Console(file=shown, force_terminal=True, width=61, highlight=False)
+    observer = TerminalObserver(console, verbose=False)
+    with observer:
+        ticks(observer, 20)
+    line = shown.getvalue().split("\x1b[2K")[1].rstrip("\r")
+    assert line.endswith("error   19.4 mm  tilt  8.5°")
+    assert len(line) < 61
