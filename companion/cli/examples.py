@@ -159,7 +159,11 @@ ABOUT: dict[str, About] = {
     "export": About(
         LOGS,
         "Write a flight's log as tables, or for other programs.",
-        ("companion export flights/first",),
+        (
+            "companion export flights/first",
+            "companion export flights/first --to foxglove",
+            "companion export flights/first --to csv --out tables",
+        ),
         ("docs/export.md",),
     ),
     "new": About(
