@@ -33,6 +33,7 @@ _Result = TypeVar("_Result")
 def carry_out(order: Order, folder: Path | None, call: str) -> Flight:
     """Fly, and make arrays of it; files in a folder say by which call."""
     inbox, observer = Inbox(), _Listener()
+    is_new = folder is not None and not folder.exists()
     log = MemoryLog() if folder is None else _log_in(folder)
     started = time.perf_counter()
 
@@ -56,7 +57,7 @@ def carry_out(order: Order, folder: Path | None, call: str) -> Flight:
     except BaseException:
         if folder is not None:
             cast("FlightLog", log).close()
-            discard_log(folder, folder_too=False)
+            discard_log(folder, folder_too=is_new)
         raise
     data: FlightData
     if isinstance(log, MemoryLog):

@@ -152,14 +152,30 @@ def test_a_wind_that_is_none_is_told(given, says, from_s):
         fly(SHORT, wind=wind)
 
 
-def test_an_exception_of_a_wind_reaches_the_caller():
+def test_an_exception_of_a_wind_reaches_the_caller_and_leaves_no_folder(tmp_path):
     def wind(time_s: float, position_enu_m: tuple[float, float, float]):
         if time_s > 5.0:
             raise ZeroDivisionError
         return (0.0, 0.0, 0.0)
 
     with pytest.raises(ZeroDivisionError):
-        fly(SHORT, wind=wind)
+        fly(SHORT, wind=wind, folder=tmp_path / "flight")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_own_parts_give_the_same_flight_each_time():
+    def gusty(seed: int):
+        generator = np.random.default_rng(seed)
+
+        def gusts(time_s: float, position_enu_m: tuple[float, float, float]):
+            return tuple(generator.normal(0.0, 1.0, 3))
+
+        return gusts
+
+    one, other = (fly(SHORT, Springs(), wind=gusty(seed=5), seed=1) for _ in range(2))
+    assert np.array_equal(one.ticks.thrust, other.ticks.thrust, equal_nan=True)
+    assert np.array_equal(one.truth.position_enu_m, other.truth.position_enu_m)
+    assert one.figures.wind_peak_m_s2 > 0.2
 
 
 def test_ctrl_c_lands_the_simulated_vehicle_and_ends_the_call():
