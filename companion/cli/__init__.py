@@ -20,6 +20,7 @@ from companion.cli.faults import faults
 from companion.cli.fly import fly
 from companion.cli.help import GroupedHelp
 from companion.cli.identify import identify
+from companion.cli.live import live
 from companion.cli.logs import recover, replay
 from companion.cli.mocap import mocap
 from companion.cli.new import new
@@ -74,6 +75,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     faults,
     replay,
     recover,
+    live,
     export,
     new,
     schema,

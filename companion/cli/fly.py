@@ -52,6 +52,20 @@ def fly(
             help="Folder of the flight's files; by default a new one in flights/.", metavar="DIR"
         ),
     ] = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="Show the flight on a page in the browser meanwhile.")
+    ] = False,
+    live_port: Annotated[
+        int, typer.Option(help="Port of that page; 0 takes any.", min=0, max=65535)
+    ] = 0,
+    live_host: Annotated[
+        str,
+        typer.Option(
+            help="Address to serve it at; another one than this computer's own lets others in the "
+            "network look on.",
+            metavar="ADDRESS",
+        ),
+    ] = "127.0.0.1",
     json_output: options.JsonOutput = False,
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Show every message.")] = False,
 ) -> None:
@@ -64,6 +78,7 @@ def fly(
     taken over, it leaves the vehicle to them: only `companion land` lands then.
     """
     from companion.commands.fly import BadInputError, FlyRequest, run_fly
+    from companion.live.beside import PageOptions
 
     chosen = {
         "trajectory": number_or_text(traj),
@@ -92,6 +107,7 @@ def fly(
         json_output=json_output,
         verbose=verbose,
         signing_key_file=signing_key_file,
+        live=PageOptions(live_host, live_port) if live else None,
     )
     try:
         outcome = run_fly(request)

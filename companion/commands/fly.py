@@ -28,11 +28,14 @@ from companion.flight.beginning import (
     shim_options,
 )
 from companion.flight.conduct import Outcome, OutcomeName
+from companion.flight.configuration_record import configuration_record
 from companion.flight.errors import ShimRefusedError
 from companion.flight.records import CHANNELS
 from companion.flight.shim_process import ShimOptions
 from companion.link.link import LinkError
 from companion.link.url import parse_link_url
+from companion.live.access import is_loopback
+from companion.live.beside import LivePage, LivePageError, PageOptions, start_page
 from companion.mocap.sources import MocapError
 from companion.recording.flight_log import FlightLog, FlightLogError
 from companion.report.aftermath import score_and_draw
@@ -66,6 +69,8 @@ class FlyRequest:
     verbose: bool
     signing_key_file: Path | None = None
     """Wins over the mission's."""
+    live: PageOptions | None = None
+    """Show the flight on a page while it flies."""
 
 
 def run_fly(request: FlyRequest) -> OutcomeName:
@@ -99,10 +104,13 @@ def run_fly(request: FlyRequest) -> OutcomeName:
         log = begin_log(folder, CHANNELS, lockstep=request.lockstep)
     except FlightLogError as error:
         raise BadInputError(str(error)) from error
+    page = None
     try:
+        if request.live is not None:
+            page = _show_live(config, log, request.live, console)
         with TerminalObserver(console, verbose=request.verbose) as observer:
             outcome = _fly(config, trajectory, log, observer, shim, key, lockstep=request.lockstep)
-    except (LinkError, MocapError, ShimRefusedError) as error:
+    except (LinkError, MocapError, ShimRefusedError, LivePageError) as error:
         log.close()
         discard_log(folder, folder_too=is_new)
         raise BadInputError(str(error)) from error
@@ -123,6 +131,8 @@ def run_fly(request: FlyRequest) -> OutcomeName:
             "tracking suffers.",
             style="yellow",
         )
+    if page is not None:
+        page.feed.end(time.monotonic(), result)
     _tell(result, request)
     if (folder / PAGE_NAME).is_file() and not request.json_output:
         where = Text(f"{'page':<16}", style="dim").append(str(folder / PAGE_NAME), "not dim")
@@ -148,6 +158,26 @@ def _fly(
     from companion.flight.real_time import fly_in_real_time
 
     return fly_in_real_time(config, trajectory, log, observer, shim, signing_key=key)
+
+
+def _show_live(
+    config: FlightConfig, log: FlightLog, options: PageOptions, console: Console
+) -> LivePage:
+    """Serve the flight's page, and say where.
+
+    Raises:
+        LivePageError: it can't be served.
+    """
+    page = start_page(configuration_record(config, replayable=True), options.host, options.port)
+    log.listener = page.feed
+    console.print(f"live page: {page.url}", soft_wrap=True)
+    if not is_loopback(options.host):
+        console.print(
+            "warning: others on the network can look on; who has the address with its token can "
+            "land the vehicle, or abort the flight.",
+            style="yellow",
+        )
+    return page
 
 
 def _check_controller(config: FlightConfig) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import sys
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +10,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from companion.config.models import MissionConfig
 from companion.config.yaml_source import ConfigError
-from companion.flight.assemble import make_trajectory
+from companion.flight.assemble import recorded_trajectory
 from companion.flight.configuration_record import made_by
 from companion.flight.replay.question import with_controller
 from companion.flight.replay.recorded import RecordedFlight, ReplayError, read_flight
@@ -21,8 +19,7 @@ from companion.flight.replay.replay import Replay, replay
 from companion.recording.whole_file import made_whole, write_whole
 from companion.report.replay_figure import draw_replay
 from companion.report.replay_figures import ReplayFigures, replay_figures
-from companion.trajectories.from_file import TrajectoryFileError, load_trajectory
-from companion.trajectories.trajectory import Trajectory
+from companion.trajectories.from_file import TrajectoryFileError
 
 _WIDE = 1000
 _SHOWN = 5
@@ -60,7 +57,9 @@ def run_replay(request: ReplayRequest) -> int:
         config = flight.config
         if request.controller is not None:
             config = with_controller(config, request.controller)
-        replayed = replay(flight, _trajectory(flight), config)
+        replayed = replay(
+            flight, recorded_trajectory(flight.config, flight.trajectory_text), config
+        )
     except (ReplayError, ConfigError, TrajectoryFileError) as error:
         raise BadInputError(str(error)) from error
     if not replayed.setpoints:
@@ -75,17 +74,6 @@ def run_replay(request: ReplayRequest) -> int:
     if trouble:
         Console(file=sys.stderr, highlight=False).print(f"warning: {trouble}", style="yellow")
     return 0 if replayed.identical or request.controller is not None else 1
-
-
-def _trajectory(flight: RecordedFlight) -> Trajectory:
-    """The flight's, whose file is in the log."""
-    mission: MissionConfig = flight.config.mission
-    if isinstance(mission.trajectory, int):
-        return make_trajectory(mission)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / Path(mission.trajectory).name
-        path.write_text(flight.trajectory_text, encoding="utf-8")
-        return load_trajectory(path)
 
 
 def _record(

@@ -1,6 +1,7 @@
 """From validated configuration to the objects that fly."""
 
 import math
+import tempfile
 from pathlib import Path
 
 from companion.config.models import (
@@ -13,6 +14,7 @@ from companion.config.models import (
     TransferFunctionConfig,
     VehicleConfig,
 )
+from companion.config.resolve import FlightConfig
 from companion.config.yaml_source import ConfigError
 from companion.control.attitude import AttitudeGains
 from companion.control.feedback import FeedbackController, direct
@@ -70,6 +72,26 @@ def make_trajectory(mission: MissionConfig) -> Trajectory:
     if isinstance(mission.trajectory, int):
         return TEST_TRAJECTORIES[mission.trajectory]
     return load_trajectory(Path(mission.trajectory))
+
+
+def recorded_trajectory(config: FlightConfig, text: str) -> Trajectory:
+    """The trajectory of a recorded flight, whose file is in the log.
+
+    Args:
+        config: the flight's.
+        text: of the trajectory's file; empty for one of the test trajectories.
+
+    Raises:
+        TrajectoryFileError: the text is none of a trajectory.
+        OSError: there is no room for a temporary file.
+    """
+    mission = config.mission
+    if isinstance(mission.trajectory, int):
+        return make_trajectory(mission)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / Path(mission.trajectory).name
+        path.write_text(text, encoding="utf-8")
+        return load_trajectory(path)
 
 
 def infeasibilities(

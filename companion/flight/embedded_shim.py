@@ -28,7 +28,7 @@ def embedded_shim(config: FlightConfig) -> ShimOptions:
     return ShimOptions(
         autopilot=autopilot,
         vehicle=_plant(config),
-        scenario=_scenario(mission),
+        scenario=scenario_path(mission),
         seed=mission.seed,
         sensors=mission.sensors,
         boot_scale=_BOOT_SCALES.get(autopilot, 1.0),
@@ -84,8 +84,12 @@ def _plant(config: FlightConfig) -> str:
     return name
 
 
-def _scenario(mission: MissionConfig) -> Path:
-    """The scenario's file; the fan stands elsewhere for each of the five trajectories."""
+def scenario_path(mission: MissionConfig) -> Path:
+    """The scenario's file; the fan stands elsewhere for each of the five trajectories.
+
+    Raises:
+        ConfigError: there is none, or it is not YAML.
+    """
     name = mission.wind
     if name == "fan":
         if not isinstance(mission.trajectory, int):

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from companion.recording.mcap_log import McapLog
 from companion.recording.schema import ChannelSpec
@@ -20,6 +20,16 @@ _LATEST_S = 1.0e9
 def recovered_path(log: Path) -> Path:
     """Where what is recovered of a log goes, unless another file is named."""
     return log.with_name(f"{log.stem}{RECOVERED}{log.suffix}")
+
+
+class LogListener(Protocol):
+    """Looks on while a flight is recorded; must return quickly."""
+
+    def on_record(self, topic: str, time_s: float, values: Mapping[str, Any]) -> None:
+        """A record was kept; its values are changed by nobody."""
+
+    def on_frame_in(self, time_s: float, raw: bytes) -> None:
+        """A packet that was received was kept."""
 
 
 class FlightLogError(Exception):
@@ -63,6 +73,8 @@ class FlightLog:
         """What cannot be recorded any more and why, in one sentence; None while all is well."""
         self.lost = 0
         """Packets and records that were given and not recorded."""
+        self.listener: LogListener | None = None
+        """Told of what comes in and of the records; one that raises is told no more."""
         self._interval_s = flush_interval_s
         self._flush_at_s = -float("inf")
         self._receiving = False
@@ -85,6 +97,11 @@ class FlightLog:
             self.lost += 1
         else:
             self._tlog.write(time_s, raw, sent=False)
+        if self.listener is not None:
+            try:
+                self.listener.on_frame_in(time_s, raw)
+            except Exception:
+                self.listener = None
         if time_s >= self._flush_at_s:
             self.flush_if_due(time_s)
 
@@ -97,6 +114,11 @@ class FlightLog:
 
     def record(self, topic: str, time_s: float, values: Mapping[str, Any]) -> None:
         """Record what a stage of the controller says about itself."""
+        if self.listener is not None:
+            try:
+                self.listener.on_record(topic, time_s, values)
+            except Exception:
+                self.listener = None
         if self._mcap is None or not _possible(time_s):
             self.lost += 1
             return
