@@ -103,7 +103,8 @@ def models_in(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 def text_of(model: type[BaseModel], name: str) -> str:
     """What a field of a model means.
 
-    Its description, else the docstring below it, else what the one section is that it stands for.
+    Its description, else the docstring below it, else what the one section or the one word is that
+    may stand there.
     """
     field = model.model_fields[name]
     if field.description is not None:
@@ -111,8 +112,10 @@ def text_of(model: type[BaseModel], name: str) -> str:
     for base in model.__mro__:
         if name in (found := _docstrings(base)):
             return _plain(found[name])
-    sections = shape_of(field.annotation, tuple(field.metadata)).models
-    return section_text(sections[0]) if len(sections) == 1 else ""
+    shape = shape_of(field.annotation, tuple(field.metadata))
+    if len(shape.choices) == 1:
+        return f"Which kind it is: {shape.choices[0]}."
+    return section_text(shape.models[0]) if len(shape.models) == 1 else ""
 
 
 def unit_of_field(name: str, field: FieldInfo) -> str:

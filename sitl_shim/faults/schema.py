@@ -38,6 +38,7 @@ class LinkFault(DataModel):
     way: Literal["telemetry", "setpoints", "both"] = "both"
     """`telemetry`: from the vehicle; `setpoints`: all that is sent to it."""
     from_s: NotNegative = 0.0
+    """When it begins."""
     until_s: Positive | None = None
     """None: to the end."""
     since: Since = "boot"
@@ -45,6 +46,7 @@ class LinkFault(DataModel):
     loss: Share = 0.0
     """Share of the datagrams that is lost, each by itself."""
     bursts: Bursts | None = None
+    """Stretches in which nothing passes; none by default."""
     delay_s: Delay = 0.0
     """Beside the vehicle's own transport delay."""
     jitter_s: Delay = 0.0
@@ -56,6 +58,7 @@ class LinkFault(DataModel):
     reorder: Share = 0.0
     """Share of the datagrams that later ones overtake: held for `reorder_by_s`."""
     reorder_by_s: Annotated[float, Field(gt=0.0, le=60.0)] = 0.025
+    """For how long an overtaken datagram is held."""
     corrupt: Share = 0.0
     """Share of the datagrams of which one to three bytes are changed."""
     bandwidth_bytes_s: Positive | None = None
@@ -79,7 +82,9 @@ class EstimatorReset(Timed):
 
     fault: Literal["estimator_reset"]
     position_enu_m: Triple = (0.0, 0.0, 0.0)
+    """By which the position steps."""
     velocity_enu_m_s: Triple = (0.0, 0.0, 0.0)
+    """By which the velocity steps."""
     yaw_deg: Step = 0.0
     """Counter-clockwise."""
     announced: bool = True
@@ -91,6 +96,7 @@ class PositionLoss(Timed):
 
     fault: Literal["position_loss"]
     lasts_s: Positive = math.inf
+    """From its beginning; to the end by default."""
 
 
 class FrozenTelemetry(Timed):
@@ -98,6 +104,7 @@ class FrozenTelemetry(Timed):
 
     fault: Literal["frozen_telemetry"]
     lasts_s: Positive
+    """From its beginning."""
     stamps: Literal["frozen", "running"] = "running"
     """Whether the time stamps go on."""
 
@@ -107,6 +114,7 @@ class ClockJump(Timed):
 
     fault: Literal["clock_jump"]
     by_s: Annotated[float, Field(ge=-1e9, le=1e9)]
+    """Forward; backward if it is negative."""
 
 
 class Reboot(Timed):
@@ -122,6 +130,7 @@ class ModeChange(Timed):
     mode: dict[Flavour, str]
     """Its name, by the flavour of the autopilot."""
     by: Literal["ground_station", "rc"] = "ground_station"
+    """Who does it."""
 
 
 class ForcedDisarm(Timed):
@@ -154,8 +163,11 @@ class Faults(DataModel):
     """Everything that goes wrong on purpose in a flight."""
 
     name: str = "faults"
+    """For a person."""
     link: tuple[LinkFault, ...] = ()
+    """What the link does; several at once act one after another."""
     vehicle: tuple[Annotated[VehicleFault, Field(discriminator="fault")], ...] = ()
+    """What befalls the vehicle."""
     parameters: dict[Flavour, dict[str, float]] = Field(default_factory=dict)
     """Autopilot parameters that the vehicle has from the boot on, by flavour."""
 

@@ -27,6 +27,7 @@ class Steady(DataModel):
 
     kind: Literal["steady"]
     velocity_enu_m_s: Triple
+    """Of the air; it blows that way."""
 
 
 class Gusts(DataModel):
@@ -55,12 +56,19 @@ class Jet(DataModel):
 
     kind: Literal["jet"]
     crossing_enu_m: Triple
+    """Where its axis crosses the path."""
     direction_enu: Triple
+    """It blows that way; of any length."""
     fan_distance_m: Positive
+    """From the fan to the crossing."""
     peak_m_s: NotNegative
+    """Mean speed on the axis."""
     width_m: Positive
+    """Standard deviation of the profile across, a Gaussian."""
     turbulence: NotNegative
+    """Rms of the fluctuating velocity over the local mean speed."""
     correlation_time_s: Positive
+    """Of the turbulence."""
 
     @field_validator("direction_enu")
     @classmethod
@@ -75,13 +83,16 @@ class Front(Timed):
 
     kind: Literal["front"]
     velocity_enu_m_s: Triple
+    """Of the air once it has risen."""
     rise_s: Positive
+    """From calm to the whole velocity."""
 
 
 class Scenario(DataModel):
     """What the air does, and what happens to the vehicle."""
 
     name: str
+    """For a person."""
     winds: tuple[Annotated[Steady | Gusts | Jet | Front, Field(discriminator="kind")], ...]
     """All of them at once; none is calm."""
     payload: tuple[Load, ...] = ()

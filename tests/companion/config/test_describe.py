@@ -8,8 +8,11 @@ from pydantic import BaseModel, Field
 from companion.config.describe import describe, every_key, models_in, text_of, yaml_text
 from companion.config.models import ControllerConfig, MissionConfig, VehicleConfig
 from companion.config.shapes import shape_of
+from companion.config.trajectory_models import TrajectoryConfig
 from companion.config.units import unit, unit_of, written
 from companion.experiments.campaigns.models import CampaignConfig
+from sitl_shim.faults.schema import Faults
+from sitl_shim.wind.scenario import Load, Scenario
 
 
 class Inner(BaseModel):
@@ -98,13 +101,15 @@ def test_values_as_yaml_keep_their_letters_and_their_order():
     assert yaml_text({"ω": 1.0, "a": (True, None)}) == "{ω: 1.0, a: [true, null]}"
 
 
-@pytest.mark.parametrize("model", [MissionConfig, ControllerConfig, VehicleConfig, CampaignConfig])
+@pytest.mark.parametrize(
+    "model",
+    [MissionConfig, ControllerConfig, VehicleConfig, CampaignConfig, TrajectoryConfig, Scenario,
+     Faults],
+)  # fmt: skip
 def test_every_key_that_a_user_sets_says_what_it_is(model):
     silent = [key.path for key in every_key(describe(model)) if not key.text]
     assert silent == []
 
 
 def test_docstrings_below_fields_are_read_of_bases_too():
-    from sitl_shim.wind.scenario import Load
-
     assert text_of(Load, "at_s") == "Simulated time."
