@@ -5,7 +5,10 @@ that Foxglove knows: a transform, poses, a scene, messages, a location.  They ar
 in flight, where they would cost time at each tick and say nothing new.
 """
 
+import heapq
 import json
+from collections.abc import Iterator
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +27,7 @@ from companion.mavlink.telemetry import Rejected, state_from_odometry
 from companion.recording.json_record import record_json
 from companion.recording.mcap_reader import LogRecord
 from companion.recording.schema import json_schema, spec_from_record
+from companion.recording.tlog import TlogRecord
 from companion.report.flight_data import is_truth_packet
 
 TRANSFORM, POSE, TRUE_POSE, DESIRED = "transform", "pose", "true_pose", "desired"
@@ -41,6 +45,8 @@ _MADE = {
 _SPECS = {spec.topic: spec for spec in CHANNELS}
 _GLOBAL_POSITION_INT, _STATUSTEXT = 33, 253
 _TOLD_EACH = 2000
+_Timed = Iterator[tuple[int, LogRecord | TlogRecord]]
+"""What a log holds, each with its time in nanoseconds since 1970."""
 
 
 def write_foxglove(files: FlightFiles, path: Path, tell: Tell) -> dict[str, int]:
@@ -56,8 +62,7 @@ def write_foxglove(files: FlightFiles, path: Path, tell: Tell) -> dict[str, int]
         writer.start(profile="", library="companion export")
         log = _Log(writer)
         log.add(SCENE, scene.begin_ns, messages.scene_update(scene))
-        _write_records(files, scene, log, tell)
-        _write_packets(files, log, tell)
+        _write_all(files, scene, log, tell)
         writer.finish()  # type: ignore[no-untyped-call]
     return log.counts
 
@@ -99,22 +104,31 @@ class _Log:
         self.counts[topic] = self.counts.get(topic, 0) + 1
 
 
-def _write_records(files: FlightFiles, scene: Scene, log: _Log, tell: Tell) -> None:
-    for count, record in enumerate(files.records()):
-        time_ns = files.log_time_ns(record)
-        log.copy(record, time_ns)
-        values = record.values
-        if record.topic == "control":
-            _add_control(log, time_ns, values)
-        elif record.topic == "event":
-            log.add(
-                MESSAGES,
-                time_ns,
-                messages.told(time_ns, values.get("severity", ""), values.get("text", "")),
-            )
-        if count % _TOLD_EACH == 0:
-            tell("records", count, scene.records)
+def _write_all(files: FlightFiles, scene: Scene, log: _Log, tell: Tell) -> None:
+    """Records and packets in the order of time: so a viewer can begin anywhere."""
+    framer = Framer()
+    records: _Timed = ((files.log_time_ns(record), record) for record in files.records())
+    packets: _Timed = ((packet.time_us * 1000, packet) for packet in files.packets())
+    done = 0
+    for time_ns, item in heapq.merge(records, packets, key=itemgetter(0)):
+        if isinstance(item, TlogRecord):
+            _add_packet(log, time_ns, item, framer)
+            continue
+        _add_record(log, time_ns, item)
+        done += 1
+        if done % _TOLD_EACH == 0:
+            tell("records", done, scene.records)
     tell("records", scene.records, scene.records)
+
+
+def _add_record(log: _Log, time_ns: int, record: LogRecord) -> None:
+    log.copy(record, time_ns)
+    values = record.values
+    if record.topic == "control":
+        _add_control(log, time_ns, values)
+    elif record.topic == "event":
+        severity, text = values.get("severity", ""), values.get("text", "")
+        log.add(MESSAGES, time_ns, messages.told(time_ns, severity, text))
 
 
 def _add_control(log: _Log, time_ns: int, values: dict[str, Any]) -> None:
@@ -130,43 +144,25 @@ def _add_control(log: _Log, time_ns: int, values: dict[str, Any]) -> None:
         log.add(TRACKING, time_ns, figures)
 
 
-def _write_packets(files: FlightFiles, log: _Log, tell: Tell) -> None:
-    framer = Framer()
-    for count, record in enumerate(files.packets()):
-        if count % (10 * _TOLD_EACH) == 0:
-            tell("packets", count, None)
-        if record.sent:
-            continue
-        raw, time_ns = record.raw, record.time_us * 1000
-        if is_truth_packet(raw):
-            for frame in framer.feed(raw):
-                if frame.message_id == MessageId.ODOMETRY:
-                    state = state_from_odometry(frame)
-                    if not isinstance(state, Rejected):
-                        log.add(
-                            TRUE_POSE,
-                            time_ns,
-                            messages.pose(time_ns, state.position_enu_m, state.attitude_flu_to_enu),
-                        )
-            continue
-        packet = taken_apart(raw)
-        if packet.message_id == _GLOBAL_POSITION_INT:
-            row = read_messages(packet.message_id, [packet.payload])[0]
-            log.add(
-                LOCATION,
-                time_ns,
-                messages.location(
-                    time_ns,
-                    int(row["lat"]) * 1e-7,
-                    int(row["lon"]) * 1e-7,
-                    int(row["alt"]) * 1e-3,
-                ),
-            )
-        elif packet.message_id == _STATUSTEXT:
-            row = read_messages(packet.message_id, [packet.payload])[0]
-            text = bytes(row["text"]).split(b"\0")[0].decode("utf-8", "replace")
-            log.add(
-                MESSAGES,
-                time_ns,
-                messages.told_by_autopilot(time_ns, int(row["severity"]), text),
-            )
+def _add_packet(log: _Log, time_ns: int, record: TlogRecord, framer: Framer) -> None:
+    """Truth, location and texts; the other packets are for the tools that read tlogs."""
+    if record.sent:
+        return
+    if is_truth_packet(record.raw):
+        for frame in framer.feed(record.raw):
+            if frame.message_id == MessageId.ODOMETRY:
+                state = state_from_odometry(frame)
+                if not isinstance(state, Rejected):
+                    at = messages.pose(time_ns, state.position_enu_m, state.attitude_flu_to_enu)
+                    log.add(TRUE_POSE, time_ns, at)
+        return
+    packet = taken_apart(record.raw)
+    if packet.message_id == _GLOBAL_POSITION_INT:
+        row = read_messages(packet.message_id, [packet.payload])[0]
+        place = int(row["lat"]) * 1e-7, int(row["lon"]) * 1e-7, int(row["alt"]) * 1e-3
+        log.add(LOCATION, time_ns, messages.location(time_ns, *place))
+    elif packet.message_id == _STATUSTEXT:
+        row = read_messages(packet.message_id, [packet.payload])[0]
+        text = bytes(row["text"]).split(b"\0")[0].decode("utf-8", "replace")
+        told = messages.told_by_autopilot(time_ns, int(row["severity"]), text)
+        log.add(MESSAGES, time_ns, told)

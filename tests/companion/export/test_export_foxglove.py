@@ -51,6 +51,16 @@ def test_stamps_are_the_times_of_the_log(drawn):
             assert told["timestamp"]["sec"] * 10**9 + told["timestamp"]["nsec"] == time_ns
 
 
+def test_the_file_is_in_the_order_of_time(flight, quiet):
+    from mcap.stream_reader import StreamReader
+
+    write_foxglove(flight_files(flight), flight / "f.mcap", quiet)
+    with (flight / "f.mcap").open("rb") as file:
+        times = [m.log_time for m in StreamReader(file).records if hasattr(m, "log_time")]
+    assert len(times) > 1000
+    assert times == sorted(times)
+
+
 def test_the_scene_holds_both_paths_the_geofence_and_the_vehicle(drawn, control):
     ((time_ns, scene),) = drawn["scene"]
     assert time_ns == min(t for topic in drawn.values() for t, _ in topic)

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import pytest
 from jsonschema import Draft202012Validator, validators
 
-from companion.config.resolve import configs_folder
+from companion.config.folders import configs_folder
 from companion.export.foxglove import write_foxglove
 from companion.export.foxglove_schemas import SCHEMAS
 from companion.export.source import flight_files
