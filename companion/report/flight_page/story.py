@@ -140,6 +140,8 @@ def _phases(log: Mapping[str, Sequence[LogRecord]]) -> tuple[Phase, ...]:
         for r in log.get("event", ())
         if str(r.values.get("text", "")).startswith(_PHASE)
     ]
+    if not begun:
+        return ()
     last_s = max((records[-1].time_s for records in log.values() if records), default=0.0)
     ends = [*(time_s for time_s, _ in begun[1:]), last_s]
     found = []
