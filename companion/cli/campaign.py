@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from companion.cli import completion, options
-from companion.cli.common import ExitStatus, bad_input
+from companion.cli.common import ExitStatus, bad_input, tell_error
 
 
 def campaign(
@@ -76,6 +76,6 @@ def campaign(
     except (ConfigError, MissingExtraError, FlightLogError, OSError) as error:
         raise bad_input(error) from error
     except CampaignInterruptedError as error:
-        typer.echo(f"error: {error}", err=True)
+        tell_error(error)
         raise typer.Exit(ExitStatus.ABORTED) from error
     raise typer.Exit(0 if all_flown else 1)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from companion.cli import completion, options
-from companion.cli.common import ExitStatus, bad_input, number_or_file
+from companion.cli.common import ExitStatus, bad_input, number_or_file, tell_error
 
 
 def compare(
@@ -122,5 +122,5 @@ def compare(
     except (ConfigError, TrajectoryFileError, MissingExtraError, OSError) as error:
         raise bad_input(error) from error
     except CampaignInterruptedError as error:
-        typer.echo(f"error: {error}", err=True)
+        tell_error(error)
         raise typer.Exit(ExitStatus.ABORTED) from error

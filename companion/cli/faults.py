@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from companion.cli import completion, options
-from companion.cli.common import ExitStatus, bad_input
+from companion.cli.common import ExitStatus, bad_input, tell_error
 
 
 def faults(
@@ -58,6 +58,6 @@ def faults(
     except (ConfigError, MissingExtraError, OSError) as error:
         raise bad_input(error) from error
     except StudyInterruptedError as error:
-        typer.echo(f"error: {error}", err=True)
+        tell_error(error)
         raise typer.Exit(ExitStatus.ABORTED) from error
     raise typer.Exit(0 if kept else 1)

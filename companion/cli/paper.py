@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from companion.cli.common import ExitStatus, bad_input
+from companion.cli.common import ExitStatus, bad_input, tell_error
 
 
 def paper(
@@ -40,5 +40,5 @@ def paper(
     except (ConfigError, MissingExtraError, OSError) as error:
         raise bad_input(error) from error
     except CampaignInterruptedError as error:
-        typer.echo(f"error: {error}", err=True)
+        tell_error(error)
         raise typer.Exit(ExitStatus.ABORTED) from error

@@ -9,6 +9,7 @@ import typer
 from typer.testing import CliRunner
 
 from companion.cli import COMMANDS, app
+from companion.cli.common import wrapped
 from companion.cli.examples import ABOUT
 
 ROOT = Path(__file__).parents[3]
@@ -59,3 +60,14 @@ def test_a_help_ends_with_examples_and_where_to_read_on(name):
     documents = re.findall(r"(?:docs/)?[\w-]+\.md", text.partition("Read next: ")[2])
     assert documents
     assert all((ROOT / one).is_file() for one in documents)
+
+
+def test_an_error_on_a_terminal_ends_its_lines_between_words():
+    text = "error: first of two faults, which is told at length\nsecond: /a/path-that/is/longer"
+    assert wrapped(text, 24).splitlines() == [
+        "error: first of two",
+        "  faults, which is told",
+        "  at length",
+        "second:",
+        "  /a/path-that/is/longer",
+    ]
