@@ -62,7 +62,9 @@ def read_yaml(path: Path) -> Source:
             raise ConfigError(f"{path}: larger than 1 MB, which no configuration is.")
         text = path.read_text(encoding="utf-8")
     except OSError as error:
-        raise ConfigError(f"{path}: can't be read: {error.strerror or error}.") from error
+        raise ConfigError(
+            f"{path}: can't be read: {error.strerror or error}. Check the path."
+        ) from error
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: can't be read: not UTF-8. Save it as UTF-8.") from error
     return parse_yaml(text, str(path))
