@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from companion.config.folders import configs_folder, shipped_names
+from companion.config.folders import configs_folder as configs_folder
+from companion.config.folders import shipped_names as shipped_names
 from companion.config.models import ControllerConfig, MissionConfig, VehicleConfig
 from companion.config.relief import ROBUST, switch_from, with_reliefs
 from companion.config.validation import validate
