@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.export.errors import MissingExtraError
+from companion.export.rerun_views import views
 from companion.export.scene import Scene, point_of, scene_of, tilt_deg
 from companion.export.source import FlightFiles, Tell
 from companion.mavlink.framing import Framer
@@ -14,7 +15,7 @@ from companion.mavlink.messages import MessageId
 from companion.mavlink.telemetry import Rejected, state_from_odometry
 from companion.report.flight_data import is_truth_packet
 
-LOG_TIME = "flight_time"
+FLIGHT_TIME = "flight_time"
 """Since the log's time 0.  rerun has a timeline `log_time` of its own, of when it was told."""
 AUTOPILOT_TIME = "autopilot_time"
 _BATCH = 2048
@@ -58,7 +59,7 @@ def write_rerun(files: FlightFiles, path: Path, tell: Tell) -> None:
     )
     recording.set_log_time_enabled(False)
     recording.set_log_tick_enabled(False)
-    recording.save(path, default_blueprint=_blueprint(rr, scene))
+    recording.save(path, default_blueprint=views(rr.blueprint, scene, FLIGHT_TIME))
     recording.send_recording_name(name.name)
     _send_still(rr, recording, scene)
     _send_records(rr, recording, files, scene, tell)
@@ -143,7 +144,7 @@ def _send_records(
                 tell("records", count, scene.records)
         elif record.topic == "event":
             values = record.values
-            recording.set_time(LOG_TIME, duration=record.time_s)
+            recording.set_time(FLIGHT_TIME, duration=record.time_s)
             level = _LEVELS.get(values.get("severity", ""), "INFO")
             recording.log("messages", rr.TextLog(values.get("text", ""), level=level))
     recording.reset_time()
@@ -209,7 +210,7 @@ def _send_scalars(
 
 def _times(rr: Any, rows: Sequence[tuple[float, dict[str, Any], Any]]) -> list[Any]:  # noqa: ANN401
     return [
-        rr.TimeColumn(LOG_TIME, duration=[t for t, *_ in rows]),
+        rr.TimeColumn(FLIGHT_TIME, duration=[t for t, *_ in rows]),
         rr.TimeColumn(AUTOPILOT_TIME, duration=[v["autopilot_time_s"] for _, v, _ in rows]),
     ]
 
@@ -225,7 +226,7 @@ def _send_truth(rr: Any, recording: Any, files: FlightFiles, tell: Tell) -> None
         recording.send_columns(
             "world/true_position",
             [
-                rr.TimeColumn(LOG_TIME, duration=times),
+                rr.TimeColumn(FLIGHT_TIME, duration=times),
                 rr.TimeColumn(AUTOPILOT_TIME, duration=clock),
             ],
             rr.Points3D.columns(
@@ -253,49 +254,6 @@ def _send_truth(rr: Any, recording: Any, files: FlightFiles, tell: Tell) -> None
             send()
     if times:
         send()
-
-
-def _blueprint(rr: Any, scene: Scene) -> Any:  # noqa: ANN401 - rerun
-    """Which views there are at first: the scene at the left, figures and messages at the right."""
-    rrb = rr.blueprint
-    return rrb.Blueprint(
-        rrb.Horizontal(
-            rrb.Vertical(
-                rrb.Spatial3DView(
-                    origin="world", name="Flight, ENU [m]", eye_controls=_eye(rrb, scene)
-                ),
-                rrb.TextLogView(origin="messages", name="Messages"),
-                row_shares=[4, 1],
-            ),
-            rrb.Vertical(
-                rrb.TimeSeriesView(origin="plots/error_mm", name="Tracking error [mm]"),
-                rrb.TimeSeriesView(origin="plots/position", name="Position and desired [m]"),
-                rrb.Tabs(
-                    rrb.TimeSeriesView(origin="plots/tilt_deg", name="Tilt [degrees]"),
-                    rrb.TimeSeriesView(origin="plots/thrust", name="Thrust"),
-                    rrb.TimeSeriesView(origin="plots/velocity", name="Velocity [m/s]"),
-                ),
-                rrb.Tabs(
-                    rrb.TimeSeriesView(origin="plots/y_tilde", name="Prediction error [m/s]"),
-                    rrb.TimeSeriesView(origin="plots/sigma", name="Adaptive estimate"),
-                    rrb.TimeSeriesView(origin="plots/computed_us", name="Computing [µs]"),
-                ),
-            ),
-        ),
-        rrb.TimePanel(timeline=LOG_TIME, state="collapsed"),
-        collapse_panels=True,
-    )
-
-
-def _eye(rrb: Any, scene: Scene) -> Any:  # noqa: ANN401 - rerun
-    """From the south-east, above, as far away as the desired path is large."""
-    points = scene.desired_enu_m or scene.flown_enu_m or [(0.0, 0.0, 0.0)]
-    low = [min(point[k] for point in points) for k in range(3)]
-    high = [max(point[k] for point in points) for k in range(3)]
-    middle = [(a + b) / 2.0 for a, b in zip(low, high, strict=True)]
-    away_m = 0.9 * max(math.dist(low, high), 1.0)
-    position = [middle[0] + 0.5 * away_m, middle[1] - away_m, middle[2] + 0.6 * away_m]
-    return rrb.EyeControls3D(position=position, look_target=middle)
 
 
 def _rerun() -> Any:  # noqa: ANN401 - an optional library
