@@ -214,7 +214,8 @@ def _trajectory(_: NewRequest, path: Path) -> tuple[str, str]:
         f"  {usage}",
         "",
         "Each point: [t, x, y, z]; seconds that rise by 0.01 at least, and metres: x east,",
-        "y north, z up, from the place of take-off. It must fit the vehicle's limits and the geofence.",
+        "y north, z up, from the place of take-off. It must fit the vehicle's limits and the",
+        "geofence, or nothing is armed.",
     )
     text = "\n".join(f"# {line}".rstrip() for line in head)
     return f"{text}\n\nname: {path.stem}\npoints:\n{points}", usage

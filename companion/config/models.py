@@ -2,10 +2,8 @@
 
 from companion.config.controller_models import (
     FRAMEWORK_SECTIONS,
-    ClimbRateGains,
     ControllerConfig,
     Framework,
-    L1Config,
     LqrConfig,
     MpcConfig,
     MpcModelConfig,
@@ -13,9 +11,13 @@ from companion.config.controller_models import (
     OuterPidConfig,
     PidConfig,
     ThrustConfig,
+    YawConfig,
+)
+from companion.config.l1_models import (
+    ClimbRateGains,
+    L1Config,
     TransferFunctionConfig,
     TransferFunctions,
-    YawConfig,
 )
 from companion.config.mission_models import (
     GeofenceConfig,
