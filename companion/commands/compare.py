@@ -21,8 +21,7 @@ from companion.experiments.progress import ProgressDisplay
 from companion.experiments.provenance import commit, version
 from companion.experiments.workers import default_jobs
 from companion.report.compare_figure import draw_comparison
-from companion.report.compare_page.page import NAME as PAGE_NAME
-from companion.report.compare_page.page import write_page
+from companion.report.compare_page import NAME as PAGE_NAME
 from companion.report.compare_record import comparison_object
 from companion.report.compare_results import Comparison, Perturbed
 from companion.report.compare_table import compare_table
@@ -100,7 +99,7 @@ def run_compare(request: CompareRequest, fly: Callable[[Job], Summary] | None = 
     _write(comparison, request.out)
     about = f"{comparison.vehicle}, {comparison.autopilot}"
     pictures = draw_events(events, about, request.out)
-    write_page(comparison, pictures, request.out)
+    _write_page(comparison, pictures, request.out)
     _tell(comparison, request)
     if all(summary.outcome in _UNFLOWN for summary in summaries.values()):
         reason = next(iter(summaries.values())).note
@@ -157,6 +156,12 @@ def _write(comparison: Comparison, folder: Path) -> None:
     text = json.dumps(comparison_object(comparison), indent=2, ensure_ascii=False, allow_nan=False)
     write_whole(folder / "compare.json", text + "\n")
     draw_comparison(comparison, folder / "compare.png")
+
+
+def _write_page(comparison: Comparison, pictures: list[Path], folder: Path) -> None:
+    from companion.report.compare_page.page import write_page  # it draws: only after the flights
+
+    write_page(comparison, pictures, folder)
 
 
 def _tell(comparison: Comparison, request: CompareRequest) -> None:

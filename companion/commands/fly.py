@@ -39,7 +39,7 @@ from companion.live.beside import LivePage, LivePageError, PageOptions, start_pa
 from companion.mocap.sources import MocapError
 from companion.recording.flight_log import FlightLog, FlightLogError
 from companion.report.aftermath import score_and_draw
-from companion.report.flight_page.page import NAME as PAGE_NAME
+from companion.report.flight_page import NAME as PAGE_NAME
 from companion.report.pages.provenance import Provenance
 from companion.report.result import result_object
 from companion.report.summary import print_summary

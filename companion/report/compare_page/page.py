@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from companion.recording.whole_file import write_whole
+from companion.report.compare_page import NAME
 from companion.report.compare_page.glance import comparison_glance
 from companion.report.compare_results import NOMINAL, Cell, Comparison, file_name, ratio
 from companion.report.pages.templating import render_page
 from companion.report.recovery import MARGIN_M
 
-NAME = "report.html"
 _PACKAGE = "companion.report.compare_page"
 _TEMPLATE = "compare.html.j2"
 _MM = 1e3

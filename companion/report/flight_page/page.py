@@ -9,13 +9,13 @@ from typing import Any
 from companion.config.resolve import FlightConfig
 from companion.recording.flight_log import MCAP_NAME, TLOG_NAME
 from companion.recording.whole_file import write_whole
+from companion.report.flight_page import NAME
 from companion.report.flight_page.answer import WELL_MM, answer, find_peak, tracked_s
 from companion.report.flight_page.findings import Limits, find
 from companion.report.flight_page.story import Story
 from companion.report.pages.provenance import Provenance
 from companion.report.pages.templating import render_page
 
-NAME = "report.html"
 _PACKAGE = "companion.report.flight_page"
 _TEMPLATE = "flight.html.j2"
 _FILES = (
