@@ -13,6 +13,14 @@ def fly(
     traj: options.Trajectory = None,
     controller: options.Controller = None,
     vehicle: options.Vehicle = None,
+    plant: Annotated[
+        str | None,
+        typer.Option(
+            help="Plant file of the embedded shim, in place of the one of the vehicle's name: a "
+            "vehicle of one's own.",
+            metavar="FILE",
+        ),
+    ] = None,
     wind: options.Wind = None,
     faults: options.Faults = None,
     sensors: options.Sensors = None,
@@ -84,6 +92,7 @@ def fly(
         "trajectory": number_or_text(traj),
         "controller": controller,
         "vehicle": vehicle,
+        "plant": plant,
         "wind": wind,
         "faults": faults,
         "sensors": sensors,

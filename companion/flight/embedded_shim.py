@@ -79,7 +79,7 @@ def _plant(config: FlightConfig) -> str:
         raise ConfigError(
             f"{config.mission.vehicle}: the embedded shim can't fly the vehicle '{name}'. Set "
             f"`name` in the file to the one that it is like ({', '.join(known)}), give its plant "
-            "file (--set plant=FILE), or the link to a real one with --connect."
+            "file (--plant FILE), or the link to a real one with --connect."
         )
     return name
 
