@@ -313,6 +313,16 @@ def test_a_plant_of_ones_own_flies_from_the_command_too(tmp_path):
     assert embedded_shim(config).vehicle == str(file)
 
 
+def test_a_plant_is_refused_for_a_real_vehicle(tmp_path):
+    from companion.config.resolve import load_flight
+    from companion.config.yaml_source import ConfigError
+    from companion.flight.beginning import shim_options
+
+    given = {"connect": "udpin://127.0.0.1:14540", "plant": "plant.yaml"}
+    with pytest.raises(ConfigError, match="`plant` belongs to the embedded shim"):
+        shim_options(load_flight(None, given, {}), lockstep=False)
+
+
 def test_a_shipped_vehicles_data_is_a_copy():
     plant_of("bebop2")["mass_kg"] = 0.0
     vehicle_of("bebop2")["hover_thrust"] = 0.0
