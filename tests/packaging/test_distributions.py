@@ -105,17 +105,22 @@ def test_the_wheel_names_itself_as_the_project_does(wheel):
         (folder,) = {n.split("/")[0] for n in archive.namelist() if ".dist-info/" in n}
         metadata = email.message_from_bytes(archive.read(f"{folder}/METADATA"))
         scripts = archive.read(f"{folder}/entry_points.txt").decode()
-        licence = archive.read(f"{folder}/licenses/LICENSE")
+        licences = {
+            name.removeprefix(f"{folder}/licenses/"): archive.read(name)
+            for name in archive.namelist()
+            if name.startswith(f"{folder}/licenses/")
+        }
     assert wheel.name == f"companion-{project['version']}-py3-none-any.whl"
     assert metadata["Name"] == "companion"
     assert metadata["Version"] == project["version"]
     assert metadata["Requires-Python"] == project["requires-python"]
-    assert metadata["License-Expression"] == "BSD-3-Clause"
+    assert metadata["License-Expression"] == project["license"]
     assert set(metadata.get_all("Provides-Extra")) == set(project["optional-dependencies"])
     assert {"companion = companion.cli:main", "sitl-shim = sitl_shim.cli:main"} <= set(
         scripts.splitlines()
     )
-    assert licence == (ROOT / "LICENSE").read_bytes()
+    assert licences == {name: (ROOT / name).read_bytes() for name in licences}
+    assert {"LICENSE", "companion/live/static/vendor/three/LICENSE"} <= set(licences)
 
 
 def test_the_source_distribution_builds_the_same_wheel(wheel, sdist, tmp_path):
