@@ -8,8 +8,6 @@ from companion.report.flight_page.drawing import BLOWS, FLOWN, FOUND, TROUBLE, W
 from companion.report.pages.style import MUTED, SMALL
 
 _POINTS = 600
-_SIDE_SHARE = 0.3
-"""The side view is at least this share of the width high."""
 
 
 def draw_path(scene: Scene) -> Figure:
@@ -24,8 +22,8 @@ def draw_path(scene: Scene) -> Figure:
     times, flown = times[use], flown[use]
     points = np.vstack([desired, flown])
     low, high = points.min(axis=0), points.max(axis=0)
-    size = np.maximum(high - low, 0.2) * 1.1
-    size[2] = max(size[2], _SIDE_SHARE * size[0])
+    # A path along a line has room for it, too.
+    size = np.maximum(high - low, 0.3 * float((high - low).max(initial=0.5))) * 1.1
     middle = (low + high) / 2
     inner_in = WIDTH_IN * 0.86
     scale = min(inner_in / size[0], 4.6 / size[1], 3.0 / size[2])
@@ -51,7 +49,8 @@ def draw_path(scene: Scene) -> Figure:
             axes.plot([worst[0]], [worst[k]], "o", ms=5, color=TROUBLE, label="largest error")
         axes.set_xlim(middle[0] - size[0] / 2, middle[0] + size[0] / 2)
         axes.set_ylim(middle[k] - size[k] / 2, middle[k] + size[k] / 2)
-        axes.locator_params(nbins=6)
+        axes.locator_params(axis="x", nbins=_ticks(size[0] * scale))
+        axes.locator_params(axis="y", nbins=_ticks(size[k] * scale))
     above.tick_params(labelbottom=False)
     above.set_ylabel("north, m")
     side.set_ylabel("up, m")
@@ -62,6 +61,11 @@ def draw_path(scene: Scene) -> Figure:
         columnspacing=0.9, handletextpad=0.4, borderaxespad=0.2,
     )  # fmt: skip
     return figure
+
+
+def _ticks(length_in: float) -> int:
+    """How many steps an axis of this length has room for."""
+    return int(min(6, max(1, round(1.7 * length_in))))
 
 
 def _known(points_m: Array) -> Array:

@@ -61,10 +61,10 @@ def draw_figures(scene: Scene) -> tuple[DrawnFigure, ...]:
             ("tilt-thrust", "Tilt and thrust", _TILT, _draw_commands),
             ("adaptation", "What the adaptation saw: ỹ and σ̂", _ADAPTATION, _draw_adaptation),
         ]
-    if ticks.watched is not None and np.isfinite(ticks.watched.gauges).any():
-        wanted.append(("monitor", "The in-flight monitor", _MONITOR, _draw_monitor))
     timing = _TIMING_REAL if scene.real_time else _TIMING
     wanted.append(("timing", "Computing time and age of the state", timing, _draw_timing))
+    if ticks.watched is not None and np.isfinite(ticks.watched.gauges).any():
+        wanted.append(("monitor", "The in-flight monitor", _MONITOR, _draw_monitor))
     with mpl.rc_context(SETTINGS):
         return tuple(
             DrawnFigure(name, title, text, inline_svg(svg_text(draw(scene)), name, title))
