@@ -11,6 +11,7 @@ import tarfile
 import tomllib
 import venv
 import zipfile
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -78,10 +79,13 @@ def installed(wheel, tmp_path_factory):
     environment's own link to the checkout is not followed from there.
     """
     home = tmp_path_factory.mktemp("elsewhere") / "environment"
-    venv.create(home, with_pip=False, symlinks=True)
+    lends_pip = find_spec("pip") is not None
+    venv.create(home, with_pip=not lends_pip, symlinks=True)
     programs = home / "bin"
-    pip = (sys.executable, "-m", "pip", "--python", programs / "python", "install", "--quiet")
-    run(*pip, "--no-deps", "--no-index", "--no-compile", wheel, folder=home)
+    pip = (sys.executable, "-m", "pip", "--python") if lends_pip else ()
+    alone = () if lends_pip else ("-m", "pip")
+    install = ("install", "--quiet", "--no-deps", "--no-index", "--no-compile", wheel)
+    run(*pip, programs / "python", *alone, *install, folder=home)
     asked = "import sysconfig; print(sysconfig.get_path('purelib'))"
     packages = Path(run(programs / "python", "-c", asked, folder=home).strip())
     lent = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
