@@ -91,6 +91,11 @@ def run_fly(request: FlyRequest) -> OutcomeName:
         if config.mission.connect is not None:
             parse_link_url(config.mission.connect)
         check_sharing(config.mission, lockstep=request.lockstep)
+        if request.live is not None and request.lockstep:
+            raise ConfigError(
+                "a flight in lockstep is over before anybody could look: leave --live out, and "
+                "look at it afterwards with `companion live FOLDER`."
+            )
     except (ConfigError, TrajectoryFileError, LinkError) as error:
         raise BadInputError(str(error)) from error
     problems = infeasibilities(trajectory, config.mission, config.vehicle)
@@ -111,6 +116,8 @@ def run_fly(request: FlyRequest) -> OutcomeName:
         with TerminalObserver(console, verbose=request.verbose) as observer:
             outcome = _fly(config, trajectory, log, observer, shim, key, lockstep=request.lockstep)
     except (LinkError, MocapError, ShimRefusedError, LivePageError) as error:
+        if page is not None:
+            page.feed.end(time.monotonic(), {"outcome": "refused", "note": str(error)})
         log.close()
         discard_log(folder, folder_too=is_new)
         raise BadInputError(str(error)) from error

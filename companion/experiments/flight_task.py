@@ -18,7 +18,20 @@ from companion.flight.shim_process import ShimOptions
 _DIGEST_LETTERS = 10
 _NAMED_FILES = {"controller", "vehicle", "trajectory", "wind", "faults"}
 """Keys of a mission that name a file: its content decides, not its name."""
-_NO_INFLUENCE = {"cli", "experiments", "report", "theory", "identification", "recording", "config"}
+_NO_INFLUENCE = {
+    "api",
+    "cli",
+    "commands",
+    "config",
+    "doctor",
+    "experiments",
+    "export",
+    "identification",
+    "live",
+    "recording",
+    "report",
+    "theory",
+}
 """Rooms of the companion whose code decides nothing of a simulated flight, but for the files
 below; of `config` only what it makes of the files does."""
 _DECIDING = (

@@ -32,30 +32,25 @@ class Access:
 
     def host_allowed(self, headers: Mapping[str, str]) -> bool:
         """Whether a request names this server, and no other name that leads here."""
-        return self._is_ours(headers.get("host", ""))
+        found = _host_and_port(headers.get("host", ""))
+        if found is None or found[1] != self.port:
+            return False
+        name = found[0]
+        if name == self.host or name in self.names or is_loopback(name):
+            return True
+        # Beyond loopback this computer has addresses that only the network knows.  A number is
+        # nobody's name: none can be made to lead here from elsewhere.
+        return not is_loopback(self.host) and _is_address(name)
 
     def origin_allowed(self, headers: Mapping[str, str]) -> bool:
         """Whether a request comes from this server's own page, or from no page at all."""
         origin = headers.get("origin")
-        return origin is None or self._is_ours(urlsplit(origin).netloc)
+        return origin is None or origin == f"http://{headers.get('host', '')}"
 
     def may_command(self, headers: Mapping[str, str]) -> bool:
         """Whether a request carries the token."""
         given = headers.get("x-companion-token", "")
         return hmac.compare_digest(given.encode(), self.token.encode())
-
-    def _is_ours(self, netloc: str) -> bool:
-        parts = urlsplit(f"//{netloc}")
-        try:
-            port, name = parts.port or 80, parts.hostname or ""
-        except ValueError:
-            return False
-        if port != self.port:
-            return False
-        if name in _LOOPBACK_NAMES or name == self.host or name in self.names:
-            return True
-        # A numeric address is nobody's name: one can't be made to lead here from elsewhere.
-        return _is_address(name)
 
 
 def is_loopback(host: str) -> bool:
@@ -63,6 +58,15 @@ def is_loopback(host: str) -> bool:
     if host in _LOOPBACK_NAMES:
         return True
     return _is_address(host) and ipaddress.ip_address(host).is_loopback
+
+
+def _host_and_port(netloc: str) -> tuple[str, int] | None:
+    """Both of a Host header; None for what is none."""
+    try:
+        parts = urlsplit(f"//{netloc}")
+        return parts.hostname or "", parts.port or 80
+    except ValueError:
+        return None
 
 
 def _is_address(name: str) -> bool:

@@ -6,6 +6,7 @@ at once is dropped, but for the few records that the picture stands on.
 
 import base64
 import contextlib
+import errno
 import socket
 from collections import deque
 from collections.abc import Mapping
@@ -27,7 +28,7 @@ _SHOWN = frozenset((0, 1, 30, 31, 32, 250, 331))
 """HEARTBEAT, SYS_STATUS, ATTITUDE, ATTITUDE_QUATERNION, LOCAL_POSITION_NED, DEBUG_VECT, ODOMETRY:
 https://mavlink.io/en/messages/common.html."""
 _MOST_TICKS = 50
-_MOST_KEPT = 1000
+_MOST_KEPT = 300
 _MOST_SENDERS = 64
 _SOCKET_BYTES = 1 << 20
 
@@ -108,6 +109,6 @@ class LiveFeed:
             self._way.send(data)
         except BlockingIOError:
             return  # what is kept is tried again
-        except OSError:
-            self.gone = True
+        except OSError as error:
+            self.gone = error.errno != errno.EMSGSIZE  # too long for the system: dropped, too
         self._kept.clear()

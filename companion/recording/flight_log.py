@@ -114,20 +114,20 @@ class FlightLog:
 
     def record(self, topic: str, time_s: float, values: Mapping[str, Any]) -> None:
         """Record what a stage of the controller says about itself."""
+        if self._mcap is None or not _possible(time_s):
+            self.lost += 1
+        else:
+            try:
+                self._mcap.write(topic, time_s, values)
+            except OSError as error:
+                self._give_up_mcap(error)
+            except Exception:  # of the values, not of the file: the next record may be good
+                self.lost += 1
         if self.listener is not None:
             try:
                 self.listener.on_record(topic, time_s, values)
             except Exception:
                 self.listener = None
-        if self._mcap is None or not _possible(time_s):
-            self.lost += 1
-            return
-        try:
-            self._mcap.write(topic, time_s, values)
-        except OSError as error:
-            self._give_up_mcap(error)
-        except Exception:  # of the values, not of the file: the next record may be good
-            self.lost += 1
         if not self._receiving:
             self.flush_if_due(time_s)
 

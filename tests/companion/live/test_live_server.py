@@ -62,6 +62,11 @@ def test_the_page_and_its_parts_come_under_a_strict_policy(client) -> None:
         {"Host": "evil.example:8000"},
         {"Host": "127.0.0.1:9000"},
         {"Host": ""},
+        {"Host": "[::1"},
+        {"Host": "203.0.113.5:8000"},
+        {"Origin": "http://[::1"},
+        {"Origin": "http://203.0.113.5:8000"},
+        {"Origin": "https://127.0.0.1:8000"},
         {"Origin": "http://evil.example"},
         {"Origin": "null"},
         {"Origin": "http://127.0.0.1:9000"},
@@ -163,3 +168,17 @@ def test_history_holds_what_was_shown(client, pages) -> None:
     history = client.get("/api/history").json()
     assert history["messages"] == [{"t": 0.0, "severity": "warning", "text": "phase arm: now"}]
     assert (history["frames"][0]["t"], history["frames"][0]["phase"]) == (0.5, "arm")
+
+
+def test_on_a_network_this_computers_addresses_and_names_are_welcome_and_others_not() -> None:
+    access = Access("0.0.0.0", 8000, "secret", ("drone", "drone.local"))
+    welcome = ("192.168.1.5:8000", "drone.local:8000", "localhost:8000")
+    assert all(access.host_allowed({"host": host}) for host in welcome)
+    assert not access.host_allowed({"host": "evil.example:8000"})
+
+
+def test_the_page_s_own_requests_are_welcome(client) -> None:
+    own = {"Origin": "http://127.0.0.1:8000"}
+    assert client.get("/api/flight", headers=own).status_code == 200
+    asked = client.post("/api/command", headers=own | TOKEN, json={"command": "land"})
+    assert asked.status_code == 200
