@@ -18,7 +18,7 @@ from companion.report.pages.glance import Level
 _LEAST_S = 0.2
 """What lasted shorter in all is not told: a step at the engagement, say."""
 _GAP_PERIODS = 3.5
-_LATE_SHARE = 1e-3
+_LATE_SHARE = 5e-3
 _R_MAX_SHARE = 0.5
 _DEADLINE_MS = 5.0
 _SAME = 1e-9

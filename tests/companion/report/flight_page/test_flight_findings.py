@@ -107,8 +107,8 @@ def test_the_monitor_and_hand_overs_that_nobody_planned_weigh():
     ]
 
 
-@pytest.mark.parametrize(("missed", "level"), [(0, None), (2, "none"), (30, "half")])
-def test_late_setpoints_weigh_from_one_in_a_thousand(missed, level):
+@pytest.mark.parametrize(("missed", "level"), [(0, None), (15, "none"), (16, "half")])
+def test_late_setpoints_weigh_from_one_in_two_hundred(missed, level):
     said = found(story(), missed_deadlines=missed)
     assert [f.level for f in said] == ([] if level is None else [level])
 
