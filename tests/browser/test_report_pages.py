@@ -117,9 +117,7 @@ class Opened:
         return self.page.evaluate(script)
 
 
-@pytest.fixture(
-    scope="module", params=[(PHONE, "light"), (PHONE, "dark"), (DESK, "light")]
-)
+@pytest.fixture(scope="module", params=[(PHONE, "light"), (PHONE, "dark"), (DESK, "light")])
 def opened(request, browser, report):
     one = Opened(browser, report, *request.param)
     yield one
