@@ -5,16 +5,19 @@ import os
 # Processes of tests share the processors: threads of the linear algebra only get in their way.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-_FLIES_FIRST = "gw0"
-"""The worker process that gets the first tests."""
+_GIVES_WAY = 10
 
 
-def pytest_configure():
-    """What only computes gives way to flights on the wall clock, which are woken in time."""
-    if os.environ.get("PYTEST_XDIST_WORKER", _FLIES_FIRST) != _FLIES_FIRST:
-        os.nice(10)
+def _flies_on_the_wall_clock(item):
+    return item.get_closest_marker("realtime") is not None
 
 
 def pytest_collection_modifyitems(items):
     """Flights on the wall clock first: while one process waits for them, the others compute."""
-    items.sort(key=lambda item: item.get_closest_marker("realtime") is None)
+    items.sort(key=lambda item: not _flies_on_the_wall_clock(item))
+
+
+def pytest_runtest_setup(item):
+    """A process of several that begins to compute gives way to the one that flies."""
+    if "PYTEST_XDIST_WORKER" in os.environ and not _flies_on_the_wall_clock(item):
+        os.nice(max(0, _GIVES_WAY - os.nice(0)))
