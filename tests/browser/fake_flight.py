@@ -70,7 +70,8 @@ def frame(t):
         "error_mm": only and 1000 * math.hypot(*away),
         "tilt_deg": math.degrees(math.hypot(roll, pitch)),
         "thrust": 0.5 + 0.03 * math.sin(2 * t),
-        "y_tilde": only and [0.02 * math.sin(9 * t), 0.015 * math.sin(7 * t), 0.01 * math.cos(5 * t)],
+        "y_tilde": only
+        and [0.02 * math.sin(9 * t), 0.015 * math.sin(7 * t), 0.01 * math.cos(5 * t)],
         "y_tilde_bound": only and [0.05, 0.05, 0.06],
         "sigma": only and [0.1 * gust, 0.03 * gust, 0.2 * math.sin(t)],
         "sigma_bound": only and [0.61, 0.61, 4.0],

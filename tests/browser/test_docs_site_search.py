@@ -1,34 +1,26 @@
 """The documentation's site in a browser: it is read, and searched, as it lies on the disk."""
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests.browser.chromium import WITHOUT_GL, driver, launched
+
 ROOT = Path(__file__).parents[2]
-CHROMIUM = shutil.which("chromium")
-QUIETLY = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 
 
 @pytest.fixture
-def page():
-    api = pytest.importorskip("playwright.sync_api")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(QUIETLY))
+def page(tmp_path_factory):
+    with (
+        driver() as playwright,
+        launched(playwright, tmp_path_factory.mktemp("browser"), *WITHOUT_GL) as browser,
+    ):
         yield browser.new_page(viewport={"width": 400, "height": 800})
-        browser.close()
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
 def test_a_site_that_is_opened_from_the_disk_is_whole_and_can_be_searched(page, tmp_path):
     subprocess.run(
         (sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(tmp_path)),

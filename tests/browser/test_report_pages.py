@@ -2,7 +2,6 @@
 
 import contextlib
 import io
-import shutil
 from dataclasses import replace
 
 import pytest
@@ -15,33 +14,24 @@ from companion.experiments.paper.scale import QUICK
 from companion.report.compare_figure import draw_comparison
 from companion.report.compare_page.page import write_page
 from companion.report.recovery_cell import RecoveryCell
+from tests.browser.chromium import WITHOUT_GL, driver, launched
 from tests.companion.experiments.campaign_report.folders import rows, write_campaign
 from tests.companion.experiments.faults import made_up
 from tests.companion.experiments.paper.factory import make_claims, make_results
 from tests.companion.report.pages.flight_folder import fly_page, outcome
 from tests.companion.report.synthetic_comparison import comparison
 
-CHROMIUM = shutil.which("chromium")
-QUIETLY = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 PHONE, DESK = 400, 1200
 EVENT = RecoveryCell("mpc-l1", "drop", "nominal", "payload dropped", 2, 0.04, 0.05, 0.4, 0.6, 0)
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-
 
 @pytest.fixture(scope="module")
-def browser():
-    api = pytest.importorskip("playwright.sync_api")
-    with api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=list(QUIETLY))
-        yield launched
-        launched.close()
+def browser(tmp_path_factory):
+    with (
+        driver() as playwright,
+        launched(playwright, tmp_path_factory.mktemp("browser"), *WITHOUT_GL) as browser,
+    ):
+        yield browser
 
 
 def _flight(folder):
