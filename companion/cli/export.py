@@ -48,9 +48,9 @@ def export(
     Exit status: 0 written; 2 bad input, or there is something at that place already.
     """
     from companion.commands.export import ExportRequest, run_export
-    from companion.export.errors import ExportError
+    from companion.recording.flight_files import FlightFilesError
 
     try:
         run_export(ExportRequest(flight, to, out))
-    except ExportError as error:
+    except FlightFilesError as error:
         raise bad_input(error) from error

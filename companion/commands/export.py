@@ -17,8 +17,9 @@ from companion.export.packet_tables import write_packet_tables
 from companion.export.parquet import parquet_tables
 from companion.export.record_tables import write_record_tables
 from companion.export.rerun import write_rerun
-from companion.export.source import FlightFiles, Tell, flight_files, survey
+from companion.export.source import Tell, survey
 from companion.export.tables import Table
+from companion.recording.flight_files import FlightFiles, flight_files
 from companion.recording.whole_file import made_whole
 from companion.report.consoles import plain_console
 

@@ -1,7 +1,9 @@
 """What can stand in the way of an export."""
 
+from companion.recording.flight_files import FlightFilesError
 
-class ExportError(Exception):
+
+class ExportError(FlightFilesError):
     """Nothing was exported; the text says what, where and the remedy."""
 
 

@@ -19,11 +19,12 @@ from companion.export import foxglove_messages as messages
 from companion.export.foxglove_schemas import SCHEMAS
 from companion.export.packet_tables import read_messages, taken_apart
 from companion.export.scene import Scene, point_of, scene_of
-from companion.export.source import FlightFiles, Tell
+from companion.export.source import Tell
 from companion.flight.records import CHANNELS
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import MessageId
 from companion.mavlink.telemetry import Rejected, state_from_odometry
+from companion.recording.flight_files import FlightFiles
 from companion.recording.json_record import record_json
 from companion.recording.mcap_reader import LogRecord
 from companion.recording.schema import json_schema, spec_from_record
@@ -53,7 +54,7 @@ def write_foxglove(files: FlightFiles, path: Path, tell: Tell) -> dict[str, int]
     """Write the file; gives the number of messages of each topic.
 
     Raises:
-        ExportError: the log cannot be read.
+        FlightFilesError: the log cannot be read.
         OSError: the file cannot be written.
     """
     scene = scene_of(files, tell)

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.export.source import FlightFiles, Tell
+from companion.export.source import Tell
 from companion.export.tables import BATCH, LOG_TIME, Begin, Column, Table, TableWriter
 from companion.mavlink.dialect import MESSAGE_CLASSES, message_name
+from companion.recording.flight_files import FlightFiles
 
 FOLDER = "mavlink"
 _TOLD_EACH = 20_000
@@ -99,7 +100,7 @@ def write_packet_tables(
         the dialect does not know.
 
     Raises:
-        ExportError: the log cannot be read.
+        FlightFilesError: the log cannot be read.
         OSError: a table cannot be written.
     """
     waiting: dict[int, _Messages] = {}

@@ -5,9 +5,10 @@ from typing import Any
 
 import orjson
 
-from companion.export.source import FlightFiles, Sighting, Survey, Tell, Topic
+from companion.export.source import Sighting, Survey, Tell, Topic
 from companion.export.tables import LOG_TIME, Begin, Column, Rows, Table
 from companion.flight.records import CHANNELS
+from companion.recording.flight_files import FlightFiles
 from companion.recording.schema import Field, frame_of, measure_of
 
 _AXES = {3: "xyz", 4: "wxyz"}
@@ -24,7 +25,7 @@ def write_record_tables(
     """Write the controller's records; gives the tables with their numbers of rows.
 
     Raises:
-        ExportError: the log cannot be read.
+        FlightFilesError: the log cannot be read.
         OSError: a table cannot be written.
     """
     rows: dict[str, tuple[Rows, list[Pick]]] = {}

@@ -9,10 +9,11 @@ from typing import Any
 from companion.export.errors import MissingExtraError
 from companion.export.rerun_views import views
 from companion.export.scene import Scene, point_of, scene_of, tilt_deg
-from companion.export.source import FlightFiles, Tell
+from companion.export.source import Tell
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import MessageId
 from companion.mavlink.telemetry import Rejected, state_from_odometry
+from companion.recording.flight_files import FlightFiles
 from companion.report.flight_data import is_truth_packet
 
 FLIGHT_TIME = "flight_time"
@@ -46,7 +47,7 @@ def write_rerun(files: FlightFiles, path: Path, tell: Tell) -> None:
     """Write the recording.
 
     Raises:
-        ExportError: the log cannot be read.
+        FlightFilesError: the log cannot be read.
         MissingExtraError: rerun is not installed.
         OSError: the file cannot be written.
     """

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from companion.export.errors import ExportError
-from companion.export.source import FlightFiles, Tell
+from companion.export.source import Tell
+from companion.recording.flight_files import FlightFiles
 
 Point = tuple[float, float, float]
 
@@ -62,7 +63,7 @@ def scene_of(files: FlightFiles, tell: Tell) -> Scene:
     """Read all records once, for what stands still.
 
     Raises:
-        ExportError: the log cannot be read.
+        FlightFilesError: the log cannot be read.
     """
     flown, tracked, desired = ThinnedPath(), ThinnedPath(), ThinnedPath()
     box: dict[str, Sequence[float]] | None = None

@@ -10,8 +10,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from companion.config.resolve import FlightConfig
-from companion.export.errors import ExportError
-from companion.export.source import FlightFiles, flight_files
 from companion.flight.assemble import recorded_trajectory
 from companion.flight.configuration_record import recorded_configuration
 from companion.flight.records import CONFIGURATION, CONTROL, EVENT, INPUT, PLAN
@@ -25,6 +23,7 @@ from companion.live.scene import (
     horizon_s,
     short_result,
 )
+from companion.recording.flight_files import FlightFiles, FlightFilesError, flight_files
 from companion.trajectories.from_file import TrajectoryFileError
 from companion.trajectories.trajectory import Trajectory
 
@@ -162,7 +161,7 @@ def watch_recorded(folder: Path) -> Watched:
                     watched.look(time_s)
                 due_s = time_s + INTERVAL_S
             watched.take(item)
-    except ExportError as error:
+    except FlightFilesError as error:
         raise RecordedFlightError(str(error)) from error
     if not watched.frames:
         raise RecordedFlightError(f"{folder}: nothing was recorded in this flight.")

@@ -7,7 +7,7 @@ import pytest
 from companion.export.errors import ExportError
 from companion.export.foxglove import write_foxglove
 from companion.export.scene import MOST_POINTS, ThinnedPath, tilt_deg
-from companion.export.source import flight_files
+from companion.recording.flight_files import flight_files
 from companion.recording.mcap_reader import read_records
 
 

@@ -10,8 +10,8 @@ from jsonschema import Draft202012Validator, validators
 from companion.config.folders import configs_folder
 from companion.export.foxglove import write_foxglove
 from companion.export.foxglove_schemas import SCHEMAS
-from companion.export.source import flight_files
 from companion.flight.records import CHANNELS
+from companion.recording.flight_files import flight_files
 from companion.recording.schema import Field, json_schema, spec_from_record
 
 LAYOUTS = configs_folder() / "layouts"

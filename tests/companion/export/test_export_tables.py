@@ -14,8 +14,9 @@ from companion.commands.recover import RecoverRequest, run_recover
 from companion.export.errors import ExportError
 from companion.export.packet_tables import autopilot_times_s, layout, read_messages, taken_apart
 from companion.export.record_tables import write_record_tables
-from companion.export.source import flight_files, survey
+from companion.export.source import survey
 from companion.mavlink.dialect import MESSAGE_CLASSES, message_class
+from companion.recording.flight_files import FlightFilesError, flight_files
 from companion.recording.mcap_log import McapLog
 from companion.recording.mcap_reader import read_records
 from companion.recording.tlog import read_tlog
@@ -196,7 +197,7 @@ def test_a_damaged_log_names_the_remedy_and_what_it_saves_is_exported(flight, ca
     data = bytearray(path.read_bytes())
     data[len(data) // 2 : len(data) // 2 + 100] = bytes(100)
     path.write_bytes(data)
-    with pytest.raises(ExportError, match="companion recover"):
+    with pytest.raises(FlightFilesError, match="companion recover"):
         run_export(ExportRequest(flight))
     assert [p.name for p in flight.iterdir() if "parquet" in p.name] == []
     assert run_recover(RecoverRequest(path)) == 0
@@ -240,7 +241,7 @@ def test_ulog_is_refused_with_the_reason(flight):
 def test_what_is_no_flight_is_said_to_be_none(tmp_path, make, words):
     path = tmp_path / "elsewhere"
     make(path)
-    with pytest.raises(ExportError, match=words):
+    with pytest.raises(FlightFilesError, match=words):
         run_export(ExportRequest(path))
 
 
