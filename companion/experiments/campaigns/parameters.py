@@ -80,10 +80,10 @@ def fault_of_name(name: str) -> str | None:
     if name in FLIGHT or name in PLANT or name in _PLAIN:
         return None
     head, dot, rest = name.partition(".")
+    if dot and head == "plant":
+        return f"there is no '{name}'. The plant's parameters are {', '.join(PLANT)}."
     if dot and rest and head in _HEADS:
         return None
-    if head == "plant":
-        return f"there is no '{name}'. The plant's parameters are {', '.join(PLANT)}."
     if head in _NOT_HERE:
         return f"'{name}' has no place in a study of simulated flights. Remove it."
     return (

@@ -66,6 +66,7 @@ def test_a_trajectory_of_ones_own_is_flown(tmp_path, monkeypatch):
     assert sorted(path.name for path in folder.iterdir()) == [
         "flight.mcap",
         "flight.tlog",
+        "report.html",
         "result.json",
         "track.png",
     ]
