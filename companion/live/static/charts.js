@@ -4,7 +4,7 @@ import { CHARTS } from "./chart_list.js";
 import { fixed, isNumber } from "./format.js";
 import { colour } from "./theme.js";
 
-const NEAR = 3;
+const NEAR = 5;
 const HEADROOM = 1.12;
 
 export class Charts {
@@ -160,7 +160,7 @@ class Strip {
       },
       axes: [
         axis({ size: 20, gap: 2, values: (_, values) => values.map((value) => `${value} s`), space: 60 }),
-        axis({ scale: "y", size: 44, gap: 4, space: 24, values: number }),
+        axis({ scale: "y", size: 44, gap: 4, space: 18, values: number }),
         ...(right ? [axis({ scale: "right", side: 1, size: 38, gap: 4, space: 24, grid: { show: false } })] : []),
       ],
       series: [{}, ...this.lines.map((line) => this.#series(line))],

@@ -26,6 +26,7 @@ const view = makeView(byId("stage"));
 const link = { open: false, arrivedAt: null };
 let waiting = false;
 let chartsAt = 0;
+let chartsLater = null;
 
 startTheme(byId("theme"), () => {
   charts.recolour();
@@ -108,7 +109,12 @@ function showAt() {
 
 function showLiveCharts(time) {
   const now = performance.now();
-  if (now - chartsAt < (reducedMotion() ? STILL_CHART_MS : CHART_MS)) return;
+  const rest = chartsAt + (reducedMotion() ? STILL_CHART_MS : CHART_MS) - now;
+  clearTimeout(chartsLater);
+  if (rest > 0) {
+    chartsLater = setTimeout(changed, rest);
+    return;
+  }
   chartsAt = now;
   charts.show(store, Math.max(store.firstTime, time - WINDOW_S), Math.max(time, store.firstTime + WINDOW_S));
 }

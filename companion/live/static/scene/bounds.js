@@ -29,6 +29,14 @@ export function include(box, point) {
   return grown;
 }
 
+/** The smallest box that holds both. */
+export function union(one, other) {
+  return {
+    low: one.low.map((value, i) => Math.min(value, other.low[i])),
+    high: one.high.map((value, i) => Math.max(value, other.high[i])),
+  };
+}
+
 export function centreOf(box) {
   return box.low.map((value, i) => (value + box.high[i]) / 2);
 }

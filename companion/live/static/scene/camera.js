@@ -47,9 +47,9 @@ export class Camera {
     const centre = new Vector3(...centreOf(box));
     centre.z = above ? 0 : 0.42 * size[2];
     const half = Math.tan((this.lens.fov * Math.PI) / 360);
-    const wide = 0.5 * (above ? size[0] : Math.hypot(size[0], size[1])) + 0.7;
-    const high = 0.5 * (above ? size[1] : 0.6 * Math.hypot(size[0], size[1]) + size[2]) + 0.7;
-    const distance = 1.04 * Math.max(high / half, wide / (half * this.lens.aspect)) + (above ? 0 : 0.2 * size[1]);
+    const wide = (above ? 0.5 * size[0] : 0.5 * Math.hypot(size[0], size[1])) + 0.6;
+    const high = 0.5 * (above ? size[1] : 0.55 * Math.hypot(size[0], size[1]) + size[2]) + (above ? 1 : 0.6);
+    const distance = Math.max(high / half, wide / (half * this.lens.aspect)) + (above ? 0 : 0.2 * size[1]);
     this.#move(centre, centre.clone().addScaledVector(this.view, distance), glide);
   }
 

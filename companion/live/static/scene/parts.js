@@ -43,7 +43,7 @@ export function vehicle(colours) {
 export function shadow(colours) {
   const disc = new Mesh(
     new CircleGeometry(1, 32),
-    new MeshBasicMaterial({ color: colours.ink, transparent: true, opacity: 0.25, depthWrite: false }),
+    new MeshBasicMaterial({ color: colours.ink, transparent: true, opacity: 0.16, depthWrite: false }),
   );
   const stalk = new Line(
     new BufferGeometry().setAttribute("position", new Float32BufferAttribute([0, 0, 0, 0, 0, 1], 3)),
@@ -125,7 +125,7 @@ export function edges({ low_enu_m: low, high_enu_m: high }, colour) {
   }
   return new LineSegments(
     new BufferGeometry().setAttribute("position", new Float32BufferAttribute(ends, 3)),
-    new LineBasicMaterial({ color: colour, transparent: true, opacity: 0.75 }),
+    new LineBasicMaterial({ color: colour, transparent: true, opacity: 0.55 }),
   );
 }
 
@@ -149,11 +149,14 @@ export function ground(box, colours) {
   for (let y = south; y <= north; y += 1) if (y % every === 0) text(`${y}`.replace("-", "−"), west - 1.2 * size, y);
   text("east, m", (west + east) / 2, south - 2.6 * size);
   const middle = (west + east) / 2;
-  const arrow = new Mesh(new ConeGeometry(0.55 * size, 1.6 * size, 3), new MeshBasicMaterial({ color: colours.north }));
-  arrow.scale.z = 0.05;
-  arrow.position.set(middle, north + 1.2 * size, 0);
+  const tip = [-0.6, 0, 0, 0, 0.35, 0, 0, 1.8, 0, 0.6, 0, 0, 0, 1.8, 0, 0, 0.35, 0].map((value) => value * size);
+  const arrow = new Mesh(
+    new BufferGeometry().setAttribute("position", new Float32BufferAttribute(tip, 3)),
+    new MeshBasicMaterial({ color: colours.north, side: DoubleSide }),
+  );
+  arrow.position.set(middle, north + 0.4 * size, 0);
   group.add(arrow);
-  text("N", middle, north + 3 * size, colours.north, 1.5 * size);
+  text("N", middle, north + 3.2 * size, colours.north, 1.5 * size);
   return group;
 }
 

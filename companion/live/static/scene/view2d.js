@@ -2,7 +2,7 @@
 
 import { known } from "../format.js";
 import { colour } from "../theme.js";
-import { boundsOf, centreOf, include, PUSH_SCALE_M, sizeOf, strength, TRAIL_S, vehicleScale } from "./bounds.js";
+import { boundsOf, centreOf, include, PUSH_SCALE_M, sizeOf, strength, TRAIL_S, union, vehicleScale } from "./bounds.js";
 
 const MARGIN_PX = 34;
 
@@ -24,10 +24,8 @@ export class View2d {
   }
 
   setFlight(flight) {
-    const before = this.box;
     this.flight = flight;
-    this.box = boundsOf(flight);
-    for (const corner of [before.low, before.high]) include(this.box, corner);
+    this.box = union(this.box, boundsOf(flight));
     this.#draw();
   }
 

@@ -6,7 +6,7 @@ import {
 } from "../vendor/three/three.module.min.js";
 import { known } from "../format.js";
 import { colour } from "../theme.js";
-import { boundsOf, include, PUSH_SCALE_M, strength, TRAIL_S, vehicleScale } from "./bounds.js";
+import { boundsOf, include, PUSH_SCALE_M, strength, TRAIL_S, union, vehicleScale } from "./bounds.js";
 import { Camera } from "./camera.js";
 import { WideLine } from "./lines.js";
 import { Arrow, dispose, edges, faded, fan, ground, planEnd, shadow, start, vehicle } from "./parts.js";
@@ -38,10 +38,8 @@ export class View3d {
   }
 
   setFlight(flight) {
-    const before = this.box;
     this.flight = flight;
-    this.box = boundsOf(flight);
-    for (const corner of [before.low, before.high]) include(this.box, corner);
+    this.box = union(this.box, boundsOf(flight));
     this.rebuild();
     this.camera.keep(this.box);
   }
@@ -96,7 +94,7 @@ export class View3d {
       this.vehicle.position.set(...position);
       if (known(attitude)) this.vehicle.quaternion.set(attitude[1], attitude[2], attitude[3], attitude[0]);
       this.shadow.disc.position.set(position[0], position[1], 0.006);
-      this.shadow.disc.scale.setScalar(this.arm * 1.2);
+      this.shadow.disc.scale.setScalar(this.arm * 0.9);
       this.shadow.stalk.position.set(position[0], position[1], 0);
       this.shadow.stalk.scale.z = Math.max(1e-3, position[2]);
       this.camera.track(position);
