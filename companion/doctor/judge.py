@@ -60,9 +60,7 @@ def _software(software: Software) -> Iterator[Item]:
         if extra.missing:
             yield Item(
                 f"extra {extra.name}",
-                f"not installed: {extra.purpose}",
-                Health.NOTE,
-                f"If you want it: pip install 'companion[{extra.name}]'",
+                f"not installed (pip install 'companion[{extra.name}]'): {extra.purpose}",
             )
         else:
             yield Item(f"extra {extra.name}", f"installed: {extra.purpose}")
@@ -172,7 +170,7 @@ def _processor(processor: Processor) -> Iterator[Item]:
 def _timers(timers: Timers) -> Item:
     said = (
         f"late by {timers.median_ms:.2f} ms in the median, {timers.p99_ms:.2f} ms at the 99th "
-        f"percentile, {timers.greatest_ms:.1f} ms at most of {timers.count}"
+        f"percentile, {timers.greatest_ms:.2f} ms at most of {timers.count}"
     )
     if timers.p99_ms > DEADLINE_MS:
         return Item(

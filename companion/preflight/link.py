@@ -75,9 +75,7 @@ def _clock(link: LinkFacts) -> Finding:
     if math.isnan(link.clock_offset_s):
         return Finding("clock", "too few answers to TIMESYNC to tell", Verdict.NOTE)
     drift = link.clock_rate - 1.0
-    found = (
-        f"boot clock {link.clock_offset_s:+.3f} s from ours, running at {link.clock_rate:.5f} of it"
-    )
+    found = f"synchronised; it runs at {link.clock_rate:.5f} of ours"
     if abs(drift) > _STEADY:
         return Finding(
             "clock",
