@@ -37,6 +37,8 @@ from companion.vehicle_state import VehicleState
 _TIME_DIGITS = 4
 _DIFFERENCE_S = 0.005
 """Derivatives of the reference are differences over this: some 0.1 mm/s² off on trajectory 5."""
+_LEAST_LIFT_M_S2 = 0.1 * GRAVITY_M_S2
+"""A vehicle is never asked to push downwards: its tilt would have no meaning."""
 _CLIMB_TIME_S = 0.27
 """What an autopilot's own climb-rate loop takes: an acceleration is asked of it as a climb rate
 that is this much ahead."""
@@ -221,7 +223,7 @@ class OwnStack:
         """A specific force (ENU, m/s²) within the limits of tilt and vertical acceleration."""
         x, y, z = force
         most = self.vertical_limit_m_s2
-        z = GRAVITY_M_S2 + max(-most, min(most, z - GRAVITY_M_S2))
+        z = max(_LEAST_LIFT_M_S2, GRAVITY_M_S2 + max(-most, min(most, z - GRAVITY_M_S2)))
         across, widest = math.hypot(x, y), z * math.tan(self.limits.tilt_rad)
         share = widest / across if across > widest else 1.0
         return share * x, share * y, z

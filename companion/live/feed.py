@@ -31,6 +31,9 @@ _MOST_TICKS = 50
 _MOST_KEPT = 300
 _MOST_SENDERS = 64
 _SOCKET_BYTES = 1 << 20
+_LAST_WORD_S = 1.0
+_ANOTHER_TIME = (errno.EAGAIN, errno.EMSGSIZE, errno.ENOBUFS, errno.ENOMEM)
+"""The socket is full, the datagram too long for the system, or memory is short for a moment."""
 
 
 def datagram_pair() -> tuple[socket.socket, socket.socket]:
@@ -82,8 +85,13 @@ class LiveFeed:
             self._hand_over(time_s)
 
     def end(self, time_s: float, outcome: Mapping[str, Any]) -> None:
-        """Tell how the flight ended, and close."""
+        """Tell how the flight ended, and close; the flight is over, so this may wait a second."""
+        self._ticks.clear()
+        self._packets.clear()
+        self._newest.clear()
         self._kept.append((END, time_s, outcome))
+        with contextlib.suppress(OSError):
+            self._way.settimeout(_LAST_WORD_S)
         self._hand_over(time_s)
         self.close()
 
@@ -100,15 +108,22 @@ class LiveFeed:
         packets = [
             (PACKET, at_s, base64.b64encode(raw).decode()) for at_s, raw in self._packets.values()
         ]
-        items = [*self._kept, *packets, *self._newest.values(), *self._ticks]
+        all_of_it = [*self._kept, *packets, *self._newest.values(), *self._ticks]
+        if not self._sent(all_of_it) and not self._sent(list(self._kept)):
+            return  # what is kept is tried again
+        self._kept.clear()
         self._packets.clear()
         self._newest.clear()
         self._ticks.clear()
-        data = orjson.dumps(items, default=str, option=orjson.OPT_SERIALIZE_NUMPY)
+
+    def _sent(self, items: list[tuple[Any, ...]]) -> bool:
+        """Send items in one datagram; False if it was not taken, and may be another time."""
         try:
-            self._way.send(data)
-        except BlockingIOError:
-            return  # what is kept is tried again
+            self._way.send(orjson.dumps(items, default=str, option=orjson.OPT_SERIALIZE_NUMPY))
+        except TypeError:
+            pass  # of values that JSON has no word for: they are not shown
         except OSError as error:
-            self.gone = error.errno != errno.EMSGSIZE  # too long for the system: dropped, too
-        self._kept.clear()
+            if error.errno in _ANOTHER_TIME or isinstance(error, TimeoutError):
+                return False
+            self.close()
+        return True

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from companion.flight.setpoints.timeline import Timeline
-from companion.flight.setpoints.timing import DEADLINE_S
+from companion.flight.setpoints.timing import Punctuality
 from companion.frames import Vector3
 from companion.mavlink.codec import decode
 from companion.mavlink.dialects import dialect_for
@@ -31,18 +31,21 @@ _SILENCE = "silence"
 class FrameMaker:
     """Follows a flight's records and packets, and makes the page's Frame (docs/live.md)."""
 
-    def __init__(self, system_id: int | None = None, horizon_s: float = 0.0) -> None:
+    def __init__(
+        self, system_id: int | None = None, horizon_s: float = 0.0, state_rate_hz: float = 100.0
+    ) -> None:
         """Prepare.
 
         Args:
             system_id: the vehicle's, if the mission says which.
             horizon_s: how far ahead the reference is shown.
+            state_rate_hz: how often the state was asked for.
         """
         self.timeline: Timeline | None = None
         """The reference, once the controller has been engaged."""
-        self.missed_deadlines = 0
         self.autopilot: str | None = None
         self._horizon_s = horizon_s
+        self._punctuality = Punctuality(period_s=1.0 / state_rate_hz)
         self._peers = PeerTable(wanted_system_id=system_id)
         self._framer = Framer()
         self._readers = (StateReader(), StateReader())
@@ -61,6 +64,10 @@ class FrameMaker:
 
     def _begin_interval(self) -> None:
         self._computed_us = self._latency_s = self._age_s = math.nan
+
+    def on_pause(self) -> None:
+        """The stream of setpoints begins anew: what lies between is no delay."""
+        self._punctuality.pause()
 
     def on_event(self, text: str) -> None:
         """Something that a person was told: a phase may have begun."""
@@ -87,8 +94,8 @@ class FrameMaker:
         self._computed_us = _largest(self._computed_us, values.get("computed_us"))
         latency_s = values.get("latency_s")
         self._latency_s = _largest(self._latency_s, latency_s)
-        if latency_s is not None and latency_s > DEADLINE_S:
-            self.missed_deadlines += 1
+        if values.get("sent") and received_s is not None and latency_s is not None:
+            self._punctuality.tick(received_s, received_s + latency_s)
 
     def on_packet(self, time_s: float, raw: bytes) -> None:
         """A packet that came in, whole."""
@@ -178,7 +185,7 @@ class FrameMaker:
             "monitor": tick.get("monitor") or "",
             "controller": tick.get("controller") or "",
             "battery_percent": self._battery_percent,
-            "missed_deadlines": self.missed_deadlines,
+            "missed_deadlines": self._punctuality.missed_deadlines,
         }
         self._begin_interval()
         return made

@@ -50,9 +50,9 @@ def page_access(listening: socket.socket, host: str, token: str) -> Access:
     """The rules of a server: beyond loopback, by the names that the network has for us."""
     names: tuple[str, ...] = ()
     if not is_loopback(host):
-        name = socket.gethostname()
+        name = socket.gethostname().lower()
         names = (name, f"{name}.local")
-    return Access(host, listening.getsockname()[1], token, names)
+    return Access(host.lower(), listening.getsockname()[1], token, names)
 
 
 def page_url(access: Access, *, commands: bool) -> str:

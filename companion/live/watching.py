@@ -13,7 +13,7 @@ from companion.config.resolve import FlightConfig
 from companion.flight.assemble import recorded_trajectory
 from companion.flight.configuration_record import recorded_configuration
 from companion.flight.records import CONFIGURATION, CONTROL, EVENT, INPUT, PLAN
-from companion.flight.setpoints.inputs import ENGAGE, timeline_from
+from companion.flight.setpoints.inputs import ENGAGE, START, timeline_from
 from companion.live.feed import INTERVAL_S, PACKET, RECORD
 from companion.live.frames import FrameMaker
 from companion.live.scene import (
@@ -28,6 +28,7 @@ from companion.trajectories.from_file import TrajectoryFileError
 from companion.trajectories.trajectory import Trajectory
 
 MOST_FRAMES = 20_000
+_USUAL_RATE_HZ = 100.0
 _SEVERITIES = ("info", "warning", "error")
 _RESULT = "result.json"
 
@@ -52,7 +53,8 @@ class Watched:
         self.config, self._trajectory = _configuration(configuration)
         config = self.config
         system_id = None if config is None else config.mission.link.system_id
-        self.maker = FrameMaker(system_id, horizon_s(config))
+        rate_hz = _USUAL_RATE_HZ if config is None else config.mission.state_rate_hz
+        self.maker = FrameMaker(system_id, horizon_s(config), rate_hz)
         self.flight = flight_object(config, mode)
         self.frames: list[dict[str, Any]] = []
         self.messages: list[dict[str, Any]] = []
@@ -71,6 +73,8 @@ class Watched:
             self.maker.on_control(time_s, values)
         elif what == PLAN.topic:
             self.maker.on_plan(time_s, values)
+        elif what == INPUT.topic and values.get("kind") == START:
+            self.maker.on_pause()
         elif what == INPUT.topic and values.get("kind") == ENGAGE:
             self._engage(time_s, values["values"])
         elif what == EVENT.topic:

@@ -346,9 +346,10 @@ class Connection:
             self.exchanges.pump(now_s)
             for chore in self.chores:
                 chore(now_s)
-            self.waiting.wake()
         except Exception as error:
             self._trouble("housekeeping", error)
+        finally:
+            self.waiting.wake()
 
     def _deal_with(self, frames: list[Frame], received_s: float) -> None:
         news = False

@@ -3,6 +3,7 @@
 import base64
 import math
 import socket
+import threading
 
 import numpy as np
 import orjson
@@ -140,3 +141,31 @@ def test_datagrams_are_kept_apart() -> None:
         ours.send(b"one")
         ours.send(b"two")
         assert theirs.recv(100) == b"one"
+
+
+def test_the_end_comes_through_a_full_socket_once_the_page_reads_again(ends) -> None:
+    feed, theirs = ends
+    for k in range(2000):
+        feed.on_record("control", k * INTERVAL_S, {"text": "x" * 4000})
+    items = []
+
+    def read_to_the_end() -> None:
+        theirs.setblocking(True)
+        while data := theirs.recv(1 << 21):
+            items.extend(orjson.loads(data))
+
+    reader = threading.Thread(target=read_to_the_end)
+    reader.start()
+    feed.end(101.0, {"outcome": "landed"})
+    reader.join()
+    assert items[-1] == [END, 101.0, {"outcome": "landed"}]
+    assert feed.gone
+
+
+def test_what_json_has_no_word_for_is_not_shown_and_nothing_else_is_lost(ends) -> None:
+    feed, theirs = ends
+    feed.on_record("event", 0.0, {"text": "\ud800"})
+    feed.on_record("event", 1.0, {"text": "fine"})
+    assert [item[3]["text"] for item in received(theirs)] == ["fine"]
+    feed.end(2.0, {"outcome": "landed"})
+    assert received(theirs)[-1][0] == END

@@ -162,7 +162,12 @@ def test_late_setpoints_are_counted_and_the_largest_of_an_interval_is_shown() ->
                 "record",
                 0.01 * k,
                 "control",
-                {"latency_s": latency_s, "computed_us": 100.0 * k, "received_s": 0.01 * k},
+                {
+                    "latency_s": latency_s,
+                    "computed_us": 100.0 * k,
+                    "received_s": 0.01 * k,
+                    "sent": True,
+                },
             )
         )
     frame = watched.look(0.03)
@@ -171,3 +176,20 @@ def test_late_setpoints_are_counted_and_the_largest_of_an_interval_is_shown() ->
     assert frame["state_age_ms"] == pytest.approx(10.0)
     assert frame["missed_deadlines"] == 1
     assert watched.look(0.05)["latency_ms"] is None
+
+
+def test_a_pause_between_setpoints_is_a_missed_deadline_as_the_flight_counts_them() -> None:
+    watched = Watched(None, "live")
+    for received_s in (0.0, 0.01, 1.0, 1.01):
+        tick = {"latency_s": 0.001, "received_s": received_s, "sent": True}
+        watched.take(("record", received_s, "control", tick))
+    assert watched.look(1.02)["missed_deadlines"] == 1
+    watched.take(("record", 3.0, "input", {"kind": "start", "values": {}}))
+    tick = {"latency_s": 0.001, "received_s": 3.0, "sent": True}
+    watched.take(("record", 3.0, "control", tick))
+    assert watched.look(3.02)["missed_deadlines"] == 1
+
+
+def test_the_page_counts_as_many_missed_deadlines_as_the_flight(watched, folder) -> None:
+    result = json.loads((folder / "result.json").read_text())
+    assert watched.frames[-1]["missed_deadlines"] == result["missed_deadlines"]

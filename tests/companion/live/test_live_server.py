@@ -7,6 +7,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from companion.live.access import Access
 from companion.live.server import CommandError, Pages, Viewer
+from companion.live.serving import bound_socket, page_access, page_url
 from companion.live.watching import Watched
 
 ACCESS = Access("127.0.0.1", 8000, "secret")
@@ -182,3 +183,12 @@ def test_the_page_s_own_requests_are_welcome(client) -> None:
     assert client.get("/api/flight", headers=own).status_code == 200
     asked = client.post("/api/command", headers=own | TOKEN, json={"command": "land"})
     assert asked.status_code == 200
+
+
+def test_a_computer_whose_name_has_capitals_is_found_by_its_own_address(monkeypatch) -> None:
+    monkeypatch.setattr("socket.gethostname", lambda: "MyPi")
+    with bound_socket("127.0.0.1", 0) as listening:
+        access = page_access(listening, "0.0.0.0", "secret")
+    netloc = page_url(access, commands=True).split("/")[2]
+    assert access.host_allowed({"host": netloc})
+    assert netloc == netloc.lower()
