@@ -1,5 +1,6 @@
 """What must stand before anything else of a test run is imported, and the order of the tests."""
 
+import contextlib
 import os
 
 # Processes of tests share the processors: threads of the linear algebra only get in their way.
@@ -18,6 +19,11 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_runtest_setup(item):
-    """A process of several that begins to compute gives way to the one that flies."""
-    if "PYTEST_XDIST_WORKER" in os.environ and not _flies_on_the_wall_clock(item):
-        os.nice(max(0, _GIVES_WAY - os.nice(0)))
+    """A process of several that computes gives way to the one that flies.
+
+    One that has computed and flies next takes its place back, where it may (root).
+    """
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        wanted = 0 if _flies_on_the_wall_clock(item) else _GIVES_WAY
+        with contextlib.suppress(PermissionError):
+            os.nice(wanted - os.nice(0))

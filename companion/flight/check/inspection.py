@@ -137,7 +137,8 @@ def _streams(
                 name=stream.message_id.name,
                 asked_hz=1.0 / stream.interval_s,
                 # Of one message alone: one in the time of measurement.
-                measured_hz=1.0 / mean_s if count > 1 else count / (window_s * pace),
+                # All of it may have come at once, after a pause: then it has no pace of its own.
+                measured_hz=1.0 / mean_s if mean_s > 0.0 else count / (window_s * pace),
                 longest_gap_s=ears.longest_gap_s(stream.message_id, now_s) * pace,
                 jitter_s=ears.jitter_s(stream.message_id) * pace,
                 count=count,
