@@ -100,28 +100,37 @@ def fly_in_lockstep(
         ShimRefusedError: the shim can't simulate what it was asked for.
         Exception: whatever `own_wind` raises.
     """
-    return run_in_virtual_time(
-        _fly(
-            config,
-            trajectory,
-            log,
-            observer,
-            shim,
-            inbox or Inbox(),
-            from_shim,
-            to_shim,
-            make_solver,
-            airborne,
-            signing_key,
-            from_cameras,
-            experiment,
-            aftermath,
-            aftermath_s,
-            own,
-            own_wind,
-            replayable,
-        )
-    )
+    first = _first_point(config, trajectory) if airborne else None
+    mocap = _motion_capture(config)
+
+    async def fly() -> Outcome:
+        on_frame = None if mocap is None else _cameras(mocap, from_cameras)
+        async with _embedded(
+            config, shim, signing_key, from_shim, to_shim, first, on_frame, own_wind
+        ) as way:
+            asked = Inbox() if inbox is None else inbox
+            with commands_by_signal(asked, observer):
+                outcome = await conduct(
+                    config,
+                    trajectory,
+                    way.link,
+                    log,
+                    asked,
+                    observer,
+                    real_time=False,
+                    make_solver=make_solver,
+                    scope=FlightScope.AIRBORNE if airborne else FlightScope.WHOLE,
+                    signing=way.signing,
+                    mocap=mocap,
+                    experiment=experiment,
+                    own=own,
+                    replayable=replayable,
+                )
+            if aftermath is not None:
+                await _watch(way.link, aftermath, aftermath_s)
+            return outcome
+
+    return run_in_virtual_time(fly())
 
 
 def check_in_lockstep(
@@ -146,55 +155,12 @@ def check_in_lockstep(
     Raises:
         ShimRefusedError: the shim can't simulate what it was asked for.
     """
-    return run_in_virtual_time(_check(order, tell, shim, signing_key, from_shim, to_shim))
 
+    async def check() -> Checked:
+        async with _embedded(order.config, shim, signing_key, from_shim, to_shim) as way:
+            return await check_vehicle(order, way.link, tell, signing=way.signing)
 
-async def _fly(
-    config: FlightConfig,
-    trajectory: Trajectory,
-    log: FlightLog,
-    observer: Observer,
-    options: ShimOptions,
-    inbox: Inbox,
-    from_shim: Tap | None,
-    to_shim: Tap | None,
-    make_solver: QpSolverFactory | None,
-    airborne: bool,
-    signing_key: bytes | None,
-    from_cameras: Tap | None,
-    experiment: Experiment | None,
-    aftermath: Aftermath | None,
-    aftermath_s: float,
-    own: OwnController | None,
-    own_wind: OwnWind | None,
-    replayable: bool,
-) -> Outcome:
-    first = _first_point(config, trajectory) if airborne else None
-    mocap = _motion_capture(config)
-    on_frame = None if mocap is None else _cameras(mocap, from_cameras)
-    async with _embedded(
-        config, options, signing_key, from_shim, to_shim, first, on_frame, own_wind
-    ) as way:
-        with commands_by_signal(inbox, observer):
-            outcome = await conduct(
-                config,
-                trajectory,
-                way.link,
-                log,
-                inbox,
-                observer,
-                real_time=False,
-                make_solver=make_solver,
-                scope=FlightScope.AIRBORNE if airborne else FlightScope.WHOLE,
-                signing=way.signing,
-                mocap=mocap,
-                experiment=experiment,
-                own=own,
-                replayable=replayable,
-            )
-        if aftermath is not None:
-            await _watch(way.link, aftermath, aftermath_s)
-        return outcome
+    return run_in_virtual_time(check())
 
 
 async def _watch(link: MemoryLink, aftermath: Aftermath, longest_s: float) -> None:
@@ -227,18 +193,6 @@ def _cameras(mocap: MotionCapture, tap: Tap | None) -> Callable[[bytes], None]:
             mocap.bridge.receive(arriving, time_s())
 
     return take
-
-
-async def _check(
-    order: CheckOrder,
-    tell: Tell,
-    options: ShimOptions,
-    signing_key: bytes | None,
-    from_shim: Tap | None,
-    to_shim: Tap | None,
-) -> Checked:
-    async with _embedded(order.config, options, signing_key, from_shim, to_shim) as way:
-        return await check_vehicle(order, way.link, tell, signing=way.signing)
 
 
 class _Way(NamedTuple):

@@ -12,12 +12,13 @@ from companion.api.errors import InputError
 from companion.api.flight import Flight, figures_of, ticks_of, truth_of
 from companion.flight.records import CONFIGURATION, EVENT, INPUT
 from companion.flight.setpoints.inputs import ENGAGE
-from companion.recording.flight_log import MCAP_NAME
+from companion.recording.flight_log import MCAP_NAME, recovered_first
 from companion.recording.mcap_log import read_records
 from companion.report import flight_data
+from companion.report.cut_off import UNFINISHED
+from companion.report.result import RESULT_NAME
+from companion.report.scored_interval import scored_interval_s
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
-
-_RESULT = "result.json"
 
 
 def read_flight(folder: str | Path) -> Flight:
@@ -39,7 +40,7 @@ def read_flight(folder: str | Path) -> Flight:
             f"{folder}: no flight can be read ({error}). Give the folder of a flight's logs."
         ) from error
     mission = told.configuration.get("mission", {})
-    scored_s = _scored_s(told.engagement, mission.get("trajectory"))
+    scored_s = scored_interval_s(told.engagement, mission.get("trajectory"))
     completed = bool(result.get("completed", False))
     figures = figures_of(data, scored_s)
     if not completed:
@@ -47,7 +48,7 @@ def read_flight(folder: str | Path) -> Flight:
         figures = type(figures)(lost, lost, lost, lost, figures.wind_peak_m_s2)
     began_s = math.nan if scored_s is None else scored_s[0]
     return Flight(
-        outcome=str(result.get("outcome", "unfinished")),
+        outcome=str(result.get("outcome", UNFINISHED)),
         completed=completed,
         note=str(result.get("note", "The log has no result: the flight was cut off, or goes on.")),
         warnings=told.warnings,
@@ -82,7 +83,7 @@ class _Told:
 
 def _told(folder: Path) -> _Told:
     told = _Told()
-    for record in read_records(folder / MCAP_NAME):
+    for record in read_records(recovered_first(folder / MCAP_NAME)):
         values = record.values
         if record.topic == CONFIGURATION.topic:
             told.configuration = values
@@ -95,31 +96,13 @@ def _told(folder: Path) -> _Told:
 
 def _result_object(folder: Path) -> Mapping[str, Any]:
     """What `result.json` says; nothing if there is none."""
-    path = folder / _RESULT
+    path = folder / RESULT_NAME
     if not path.is_file():
         return {}
     found = json.loads(path.read_text(encoding="utf-8"))
     if not isinstance(found, dict):
         raise ValueError(f"{path} is not a result")
     return found
-
-
-def _scored_s(
-    engagement: Mapping[str, Any] | None, trajectory: object
-) -> tuple[float, float] | None:
-    """The autopilot's times between which tracking is scored."""
-    if engagement is None:
-        return None
-    begins = [*engagement["begins_s"], engagement["end_s"]]
-    for index, segment in enumerate(engagement["segments"]):
-        if "heading_rad" in segment:
-            begin_s = float(engagement["start_s"]) + float(begins[index])
-            length_s = segment.get("scored_s")
-            if length_s is None:  # a log of before that was recorded
-                known = TEST_TRAJECTORIES.get(trajectory) if isinstance(trajectory, int) else None
-                length_s = begins[index + 1] - begins[index] if known is None else known.scored_s
-            return begin_s, begin_s + float(length_s)
-    return None
 
 
 def _trajectory_name(trajectory: object) -> str:

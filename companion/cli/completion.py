@@ -154,6 +154,11 @@ def campaign_folders() -> list[Offer]:
     return list(_folders_with("campaign.json", ("campaigns", ".")))
 
 
+def reported() -> list[Offer]:
+    """Folders that there is something to report on, campaigns first."""
+    return [*campaign_folders(), *logs()]
+
+
 def fault_rows() -> list[Offer]:
     """Names of the rows of the shipped table of faults."""
     text = (configs_folder() / "fault-table.yaml").read_text(encoding="utf-8")

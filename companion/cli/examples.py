@@ -122,9 +122,9 @@ ABOUT: dict[str, About] = {
     ),
     "report": About(
         STUDY,
-        "Report on a campaign: did it track, what breaks, what hurts?",
-        ("companion report campaigns/brief",),
-        ("docs/campaign-report.md",),
+        "Report on a campaign or a flight: did it track, and if not why?",
+        ("companion report campaigns/brief", "companion report flights/first"),
+        ("docs/campaign-report.md", "docs/reports.md"),
     ),
     "faults": About(
         STUDY,

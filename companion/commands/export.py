@@ -3,7 +3,7 @@
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -144,7 +144,7 @@ def _export_file(kind: str, files: FlightFiles, target: Path, tell: Tell) -> Exp
         write_foxglove if kind == "foxglove" else write_rerun
     )
     made_whole(target, lambda unfinished: write(files, unfinished, tell))
-    return Exported(target, _megabytes(target.stat().st_size), _left_out(files, 0))
+    return Exported(target, _megabytes(target.stat().st_size), _left_out(files, {}))
 
 
 def _counted(tables: list[tuple[Table, int]], target: Path) -> str:
@@ -158,11 +158,12 @@ def _megabytes(size: int) -> str:
     return f"{size / 1e6:.1f} MB"
 
 
-def _left_out(files: FlightFiles, unknown: int) -> str:
+def _left_out(files: FlightFiles, unknown: Mapping[int, int]) -> str:
     if files.tlog is None:
         return f"{files.folder} has no flight.tlog: there are no MAVLink messages"
     if unknown:
-        return f"left out: {unknown:,} packets of messages that the MAVLink dialect does not know"
+        listed = ", ".join(f"{count:,} of number {number}" for number, count in unknown.items())
+        return f"left out, since the MAVLink dialect does not know the message: {listed}"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""What ``companion report`` does: read a campaign's folder, work it out, write, tell."""
+"""What ``companion report`` does: read a campaign's folder, or a flight's, and write its page."""
 
 import json
 import sys
@@ -7,6 +7,8 @@ from pathlib import Path
 
 from rich.console import Console
 
+from companion.commands.report_flight import FlightReportRequest, flight_folder, run_flight_report
+from companion.config.yaml_source import ConfigError
 from companion.experiments.campaign_report.page import write_page
 from companion.experiments.campaign_report.read import read_campaign
 from companion.experiments.campaign_report.report import make_report
@@ -22,26 +24,36 @@ _WIDTH = 80
 class ReportRequest:
     """The options of the command line."""
 
-    campaign: Path
+    folder: Path
+    """Of a campaign, or of a flight."""
     out: Path | None = None
-    """By default the folder `report` in the campaign's."""
+    """Of a campaign's report; by default the folder `report` in the campaign's."""
     json_output: bool = False
 
 
 def run_report(request: ReportRequest) -> None:
-    """Make a campaign's report.
+    """Make a campaign's report, or a flight's.
 
     Args:
         request: what is asked for.
 
     Raises:
-        ConfigError: the folder is no campaign's, or nothing was flown yet.
+        ConfigError: the folder is neither's, nothing was flown yet, or a log can't be read.
         MissingExtraError: a library of the extra `study` is not installed.
         OSError: the folder can't be read, or the report not be written.
     """
+    flight = flight_folder(request.folder)
+    if flight is not None:
+        if request.out is not None:
+            raise ConfigError(
+                f"{flight} is a flight's folder: its page lies beside its logs, to which "
+                "it links. Leave --out out."
+            )
+        run_flight_report(FlightReportRequest(flight, request.json_output))
+        return
     need_pyarrow()
-    report = make_report(read_campaign(request.campaign))
-    folder = request.campaign / _FOLDER if request.out is None else request.out
+    report = make_report(read_campaign(request.folder))
+    folder = request.folder / _FOLDER if request.out is None else request.out
     tables = write_tables(report, folder)
     page = write_page(report, report.draw(), tables, folder)
     if request.json_output:

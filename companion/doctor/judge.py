@@ -30,7 +30,7 @@ def judge(readings: Readings) -> tuple[Item, ...]:
     return (
         *_software(readings.software),
         *_files(readings),
-        *(_solver(solver) for solver in readings.solvers),
+        *(_solver(solver, readings.software.pip_install) for solver in readings.solvers),
         *_serial(readings.serial),
         *(_port(port) for port in readings.ports),
         *_processor(readings.processor),
@@ -54,14 +54,12 @@ def _software(software: Software) -> Iterator[Item]:
             name,
             "not installed, and nothing flies without it",
             Health.PROBLEM,
-            f"pip install {name}",
+            f"{software.pip_install} {name}",
         )
     for extra in software.extras:
         if extra.missing:
-            yield Item(
-                f"extra {extra.name}",
-                f"not installed (pip install 'companion[{extra.name}]'): {extra.purpose}",
-            )
+            remedy = f"{software.pip_install} 'companion[{extra.name}]'"
+            yield Item(f"extra {extra.name}", f"not installed ({remedy}): {extra.purpose}")
         else:
             yield Item(f"extra {extra.name}", f"installed: {extra.purpose}")
 
@@ -79,7 +77,7 @@ def _files(readings: Readings) -> Iterator[Item]:
         yield Item("shipped files", readings.configs)
 
 
-def _solver(solver: Solver) -> Item:
+def _solver(solver: Solver, pip_install: str) -> Item:
     subject = f"solver {solver.name}"
     if not solver.installed:
         return Item(subject, "not installed; `mpc.solver` can't name it", Health.NOTE)
@@ -88,7 +86,7 @@ def _solver(solver: Solver) -> Item:
             subject,
             solver.trouble,
             Health.PROBLEM,
-            f"Install it anew: pip install --force-reinstall {solver.name}",
+            f"Install it anew: {pip_install} --force-reinstall {solver.name}",
         )
     time = "" if solver.time_us is None else f", {solver.time_us:.0f} µs a solve"
     return Item(subject, f"right answer to a small problem{time}")

@@ -12,6 +12,7 @@ from companion.config.folders import configs_folder
 from companion.control.qp.port import QpSolverFactory
 from companion.control.qp.solvers import SolverName, solver_factory
 from companion.doctor.readings import Extra, Software, Solver
+from companion.extras import pip_install
 
 PURPOSES = {
     "study": "companion paper, tune, campaign, report, and tables as Parquet",
@@ -62,6 +63,7 @@ def read_software(version: str, commit: str) -> Software:
         system=f"{platform.system()} {platform.release()}, {platform.machine()}",
         packages={name: _version(name) for name in plain},
         extras=found if extras else (),
+        pip_install=pip_install(),
     )
 
 

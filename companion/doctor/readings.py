@@ -26,6 +26,8 @@ class Software:
     packages: Mapping[str, str | None]
     """What the program needs, with its version; None: not installed."""
     extras: tuple[Extra, ...] = ()
+    pip_install: str = "pip install"
+    """How packages get into this environment."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ import numpy as np
 
 from companion.experiments.flight_table import Column, FlightTable
 from companion.experiments.flight_task import FlightTask
+from companion.extras import install_extra
 
 FAILED = "failed"
 """Outcome of a task that could not be flown: nothing of it is kept, and it is flown again."""
@@ -164,7 +165,7 @@ def _pyarrow() -> tuple[ModuleType, ModuleType]:
     except ImportError as error:
         raise MissingExtraError(
             "Flights' data are kept as Parquet, for which pyarrow is missing: "
-            "pip install 'companion[study]'"
+            f"{install_extra('study')}"
         ) from error
     return arrow, parquet
 

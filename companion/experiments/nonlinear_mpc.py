@@ -34,6 +34,7 @@ from companion.experiments.nonlinear_problem import (
     problem,
 )
 from companion.experiments.point_mass import HOVER, INPUTS, STATES
+from companion.extras import install_extra
 
 SolverName = Literal["ipopt", "sqp", "rti"]
 """Ways of solving; see above."""
@@ -155,7 +156,7 @@ def load_casadi() -> ModuleType:
         import casadi
     except ImportError as error:
         raise MissingExtraError(
-            "The nonlinear MPC needs CasADi, which is missing: pip install 'companion[nonlinear]'"
+            f"The nonlinear MPC needs CasADi, which is missing: {install_extra('nonlinear')}"
         ) from error
     module: ModuleType = casadi
     return module

@@ -14,6 +14,7 @@ import numpy as np
 
 from companion.experiments.flight_store import MissingExtraError
 from companion.experiments.tuned_gains import Array, Gains, TunedGain, gains_at, starting_points
+from companion.extras import install_extra
 
 _FIRST_STEP = 0.2
 """Standard deviation of the first generation, as a share of each gain's range."""
@@ -161,7 +162,7 @@ def _strategy(start: Array, stream: np.random.SeedSequence) -> Any:  # noqa: ANN
         import cma
     except ImportError as error:
         raise MissingExtraError(
-            "The search for gains needs cma, which is missing: pip install 'companion[study]'"
+            f"The search for gains needs cma, which is missing: {install_extra('study')}"
         ) from error
     random = np.random.default_rng(stream)
     options = {

@@ -92,26 +92,28 @@ def read_messages(message_id: int, payloads: Sequence[bytes]) -> NDArray[Any]:
 
 def write_packet_tables(
     files: FlightFiles, begin: Begin, tell: Tell
-) -> tuple[list[tuple[Table, int]], int]:
+) -> tuple[list[tuple[Table, int]], dict[int, int]]:
     """Write the messages of the tlog.
 
     Returns:
-        The tables with their numbers of rows; and how many packets were left out, whose message
-        the dialect does not know.
+        The tables with their numbers of rows; and what was left out, since the dialect does not
+        know the message: how many packets by its number.
 
     Raises:
         FlightFilesError: the log cannot be read.
         OSError: a table cannot be written.
     """
     waiting: dict[int, _Messages] = {}
-    unknown = count = 0
+    unknown: dict[int, int] = {}
+    count = 0
     try:
         for count, record in enumerate(files.packets(), 1):
             packet = taken_apart(record.raw)
             messages = waiting.get(packet.message_id)
             if messages is None:
                 if layout(packet.message_id) is None:
-                    unknown += 1
+                    number = packet.message_id
+                    unknown[number] = unknown.get(number, 0) + 1
                     continue
                 messages = waiting[packet.message_id] = _Messages(packet.message_id, begin)
             messages.add(files.log_time_s(record), record.sent, packet)

@@ -7,6 +7,7 @@ from typing import Any
 
 from companion.export.errors import MissingExtraError
 from companion.export.tables import Begin, Column, Table, TableWriter
+from companion.extras import install_extra
 
 _TYPES = {
     "number": "float64",
@@ -84,6 +85,6 @@ def _pyarrow() -> tuple[ModuleType, ModuleType]:
         import pyarrow.parquet as parquet
     except ImportError as error:
         raise MissingExtraError(
-            "Parquet needs pyarrow: pip install 'companion[study]' (--to csv needs nothing)"
+            f"Parquet needs pyarrow: {install_extra('study')} (--to csv needs nothing)"
         ) from error
     return arrow, parquet

@@ -10,6 +10,7 @@ from companion.export.errors import MissingExtraError
 from companion.export.rerun_views import views
 from companion.export.scene import Scene, point_of, scene_of, tilt_deg
 from companion.export.source import Tell
+from companion.extras import install_extra
 from companion.mavlink.framing import Framer
 from companion.mavlink.messages import MessageId
 from companion.mavlink.telemetry import Rejected, state_from_odometry
@@ -263,6 +264,6 @@ def _rerun() -> Any:  # noqa: ANN401 - an optional library
         import rerun.blueprint
     except ImportError as error:
         raise MissingExtraError(
-            "A recording for rerun needs its SDK: pip install 'companion[rerun]'"
+            f"A recording for rerun needs its SDK: {install_extra('rerun')}"
         ) from error
     return rerun

@@ -39,6 +39,7 @@ from companion.control.thrust_laws import (
 )
 from companion.control.transfer_function import TransferFunction, first_order
 from companion.control.yaw import YawGains
+from companion.extras import install_extra
 from companion.flight.assemble_plus import make_plus_stack
 from companion.flight.setpoints.placement import (
     PlacedTrajectory,
@@ -357,7 +358,9 @@ def _solver(section: str, name: SolverName) -> QpSolverFactory:
     try:
         return solver_factory(name)
     except ModuleNotFoundError as error:
-        raise ConfigError(f"section {section}, solver: {error}.") from error
+        raise ConfigError(
+            f"section {section}, solver: {error}. Install it: {install_extra(name)}; or take osqp."
+        ) from error
 
 
 def supervisor_limits(mission: MissionConfig) -> SupervisorLimits:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from companion.extras import install_extra
 from companion.live.feed import LiveFeed, datagram_pair
 
 _STARTS_WITHIN_S = 20.0
@@ -98,9 +99,7 @@ def require_live() -> None:
 
     missing = [name for name in ("starlette", "uvicorn", "websockets") if find_spec(name) is None]
     if missing:
-        raise LivePageError(
-            f"The live page needs {', '.join(missing)}: pip install 'companion[live]'"
-        )
+        raise LivePageError(f"The live page needs {', '.join(missing)}: {install_extra('live')}")
 
 
 def _first_line(process: "subprocess.Popen[bytes]") -> dict[str, str]:

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 
 from companion.config.mocap_models import MocapConfig
+from companion.extras import install_extra
 
 Receive = Callable[[bytes, float], None]
 """Takes a datagram and the loop's time at which it came."""
@@ -87,8 +88,8 @@ async def open_source(config: MocapConfig, receive: Receive) -> MocapSource:
         return MocapSource(f"UDP/JSON on {host}:{port}", transport, None)
     if importlib.util.find_spec("motioncapture") is None:
         raise MocapError(
-            f"mocap.system {config.system} needs the package motioncapture: install the extra, "
-            "`pip install 'companion[mocap]'`, or send poses as JSON (mocap.system: udp)."
+            f"mocap.system {config.system} needs the package motioncapture: "
+            f"{install_extra('mocap')}, or send poses as JSON (mocap.system: udp)."
         )
     transport = await _listen(_LOOPBACK, 0, receive)
     try:

@@ -9,7 +9,7 @@ from mcap.exceptions import McapError
 from mcap.records import Channel, Metadata
 from mcap.stream_reader import StreamReader
 
-from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, recovered_path
+from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, recovered_first
 from companion.recording.mcap_reader import CLOCK, LogRecord, read_records, told_base_us
 from companion.recording.tlog import TlogRecord, read_tlog
 
@@ -80,20 +80,14 @@ def flight_files(path: Path) -> FlightFiles:
             f"{path} is not there. Name the folder that `companion fly` made for the flight."
         )
     folder = path if path.is_dir() else path.parent
-    mcap = _best(folder / MCAP_NAME) if path.is_dir() or path.suffix != ".mcap" else path
-    tlog = _best(folder / TLOG_NAME) if path.is_dir() or path.suffix != ".tlog" else path
+    mcap = recovered_first(folder / MCAP_NAME) if path.is_dir() or path.suffix != ".mcap" else path
+    tlog = recovered_first(folder / TLOG_NAME) if path.is_dir() or path.suffix != ".tlog" else path
     if not mcap.is_file():
         raise FlightFilesError(
             f"{folder} holds no {MCAP_NAME}. Name the folder that `companion fly` made for the "
             "flight."
         )
     return FlightFiles(folder, mcap, tlog if tlog.is_file() else None, _base_us(mcap))
-
-
-def _best(log: Path) -> Path:
-    """What was recovered of a log, if somebody did that; else the log."""
-    recovered = recovered_path(log)
-    return recovered if recovered.is_file() else log
 
 
 def _base_us(mcap: Path) -> int:

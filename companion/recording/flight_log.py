@@ -22,6 +22,12 @@ def recovered_path(log: Path) -> Path:
     return log.with_name(f"{log.stem}{RECOVERED}{log.suffix}")
 
 
+def recovered_first(log: Path) -> Path:
+    """What was recovered of a log, if somebody did that (`companion recover`); else the log."""
+    recovered = recovered_path(log)
+    return recovered if recovered.is_file() else log
+
+
 class LogListener(Protocol):
     """Looks on while a flight is recorded; must return quickly."""
 

@@ -55,7 +55,7 @@ def score_and_draw(
                 figures = tracking_figures(data, outcome.scored_s)
                 lost = outcome.outcome not in GOOD
                 happened = event_object(data, outcome.scored_s, lost=lost)
-                _draw(config, data, outcome.scored_s, folder, lost=lost)
+                draw(config, data, outcome.scored_s, folder, lost=lost)
         except _TROUBLES as error:
             trouble = error
     result = result_object(
@@ -104,7 +104,7 @@ def _say(trouble: Exception) -> str:
     return str(trouble) or type(trouble).__name__
 
 
-def _draw(
+def draw(
     config: FlightConfig,
     data: FlightData,
     scored_s: tuple[float, float],
@@ -112,6 +112,18 @@ def _draw(
     *,
     lost: bool,
 ) -> None:
+    """Draw `track.png`, and `recovery.png` where a scenario's event happened.
+
+    Args:
+        config: mission, vehicle, controller.
+        data: of the flight.
+        scored_s: autopilot's times between which tracking is scored.
+        folder: where the pictures go.
+        lost: the flight failed.
+
+    Raises:
+        OSError: they can't be written.
+    """
     from companion.report.figure import draw_flight
     from companion.report.recovery_figure import draw_recoveries, flight_curve
 

@@ -13,7 +13,7 @@ from companion.mavlink.framing import Framer
 from companion.mavlink.messages import COMPONENT_TRUTH, MessageId
 from companion.mavlink.telemetry import Rejected, state_from_odometry, wind_acceleration
 from companion.mavlink.truth_events import TruthEvent, truth_event
-from companion.recording.flight_log import MCAP_NAME, TLOG_NAME
+from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, recovered_first
 from companion.recording.mcap_log import LogRecord, read_records
 from companion.recording.tlog import read_tlog
 
@@ -92,7 +92,7 @@ class FlightData:
 
 
 def read_flight(folder: Path) -> FlightData:
-    """Read the logs in a flight's folder, finished or not.
+    """Read the logs in a flight's folder, finished or not; what was recovered goes first.
 
     Raises:
         OSError: a file cannot be read.
@@ -109,7 +109,7 @@ def read_log(folder: Path) -> dict[str, list[LogRecord]]:
         OSError: the file cannot be read.
         mcap.exceptions.McapError: it is no MCAP file.
     """
-    path = folder / MCAP_NAME
+    path = recovered_first(folder / MCAP_NAME)
     found: dict[str, list[LogRecord]] = {}
     if path.stat().st_size >= _MCAP_BEGINNING_BYTES:
         for record in read_records(path):
@@ -125,7 +125,7 @@ def flight_from_log(log: Mapping[str, Sequence[LogRecord]], folder: Path) -> Fli
         ValueError: their file is no tlog, or the records are not those of a flight.
     """
     control, plans = ([record.values for record in log.get(t, ())] for t in ("control", "plan"))
-    packets = (record.raw for record in read_tlog(folder / TLOG_NAME))
+    packets = (record.raw for record in read_tlog(recovered_first(folder / TLOG_NAME)))
     try:
         ticks = ticks_from_records(control, plans)
     except (KeyError, TypeError, OverflowError) as error:

@@ -11,6 +11,8 @@ from companion.flight.conduct import Outcome
 from companion.flight.setpoints.stack_runner import Change
 from companion.report.metrics import ErrorFigures, TrackingFigures
 
+RESULT_NAME = "result.json"
+
 
 def result_object(
     mission: MissionConfig,
@@ -105,4 +107,4 @@ def _length(figures: ErrorFigures | None, key: str) -> float | None:
 def write_result(folder: Path, result: dict[str, Any]) -> None:
     """Write `result.json` beside the logs."""
     text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
-    (folder / "result.json").write_text(text + "\n", encoding="utf-8")
+    (folder / RESULT_NAME).write_text(text + "\n", encoding="utf-8")

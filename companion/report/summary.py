@@ -75,8 +75,10 @@ def _rows(result: dict[str, Any], *, with_note: bool) -> list[tuple[str, Text]]:
         listed = ", ".join(f"{count} {reason}" for reason, count in counts)
         rows.append(("not read", Text(f"packets: {listed}", style="yellow")))
     if result["flight_s"]:
-        ratio = result["flight_s"] / result["wall_s"] if result["wall_s"] else 0.0
-        text = f"{result['flight_s']:.1f} s flown in {result['wall_s']:.1f} s ({ratio:.1f} ×)"
+        text = f"{result['flight_s']:.1f} s flown"
+        if result["wall_s"]:
+            ratio = result["flight_s"] / result["wall_s"]
+            text += f" in {result['wall_s']:.1f} s ({ratio:.1f} ×)"
         rows.append(("time", Text(text)))
     return rows
 

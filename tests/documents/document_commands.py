@@ -19,6 +19,9 @@ _SUBSHELL = "(umask "
 """How a line begins that makes a key's file; a later command reads it."""
 
 _FENCE = re.compile(r"^(?P<indent> *)(?P<fence>```+)(?P<language>[\w-]*).*$")
+_SHOWN_FILE = re.compile(
+    r"^```+yaml\n(?P<text># (?P<name>[\w-]+\.yaml)\b.*?)^```+$", re.MULTILINE | re.DOTALL
+)
 _LANGUAGES = ("", "sh", "bash", "console")
 """Of blocks that hold commands; others hold output, YAML and so on."""
 _PLACEHOLDER = re.compile(r"(^|[=/@:.])(?!N$)[A-Z][A-Z]+([/@:.]|$)|…|\.\.\.|\[-")
@@ -56,6 +59,12 @@ def commands_of(document: Path) -> list[Command]:
         for line, text in _lines_of_blocks(document.read_text(encoding="utf-8"))
         if (command := _command(document, line, text)) is not None
     ]
+
+
+def files_of(document: Path) -> dict[str, str]:
+    """The YAML files that a document shows whole, by name: the block's first line says it."""
+    text = document.read_text(encoding="utf-8")
+    return {match["name"]: match["text"] for match in _SHOWN_FILE.finditer(text)}
 
 
 def _command(document: Path, line: int, text: str) -> Command | None:

@@ -5,6 +5,7 @@ import contextlib
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -16,19 +17,17 @@ import pytest
 import typer
 from typer.main import get_command
 
-from tests.documents.document_commands import DOCUMENTS, ROOT, Command, commands_of
-from tests.documents.vehicles import has_vehicle, vehicle_of
+from tests.documents.document_commands import DOCUMENTS, ROOT, Command, commands_of, files_of
+from tests.documents.vehicles import has_vehicle, usual_ports, vehicle_of
 
 PARSED_ONLY = (
     # what is at the other end, or on the disk, is the reader's own
     (r"--connect (?!udpin://127\.0\.0\.1:14540|tcpout:)", "a link of the reader's"),
     (r"^companion (fly|identify|mocap)\b.*--connect\b", "flies; README's is run further down"),
-    (r"--vehicle \./|--mission (indoors|hover)|--name mine|--restore", "files of the reader's"),
+    (r"--vehicle \./|--mission indoors|--name mine|--restore", "files of the reader's"),
     (r"--scheduler\b", "a cluster of the reader's; tests/companion/experiments has one"),
-    (r"flights/20\d{6}-", "the log of a flight of the reader's"),
-    (r"\b(my-faults|my-table|own-table)\b", "a file of the reader's"),
+    (r"\b(my-table|own-table)\b", "a file of the reader's"),
     (r"^companion (land|abort|resume)\b", "to a flight that runs; README's is run further down"),
-    (r"^companion (live|mocap)\b|^sitl-shim run\b", "goes on until it is ended"),
     # minutes of both cores
     (r"^companion paper\b|^companion tune\b", "minutes; tested with less to do"),
     (r"^companion campaign (robustness|map|grid)\b", "minutes; `brief` is run"),
@@ -37,15 +36,24 @@ PARSED_ONLY = (
     (r"--perturb\b|--whole\b", "minutes; tested with less to do"),
     (r"^companion compare\b(?!.*--seeds 1\b)", "a minute; with one seed it is run"),
     (r"^companion identify\b(?!.*--lockstep)", "two minutes of real time; in lockstep it is run"),
-    (r"^companion fly\b(?!.*(--lockstep|--traj 4$))", "a minute of real time; `--traj 4` is run"),
+    (
+        r"^companion fly\b(?!.*(--lockstep|--traj 4$|--help|--out flights/eight))",
+        "a minute of real time; `--traj 4` is run",
+    ),
     (r"^python examples/", "tests/examples does it"),
     (r"^python benchmarks/|^python -m tools\.(soak|fuzz)", "minutes to hours"),
     (r"^python -m tools\.", "writes into the checkout; the tools have tests of their own"),
 )
 """Expressions of what is not run, and why."""
 
+UNTIL_ENDED = ("live", "run")
+"""These go on until somebody presses Ctrl-C."""
+
 CAUTION = ("check", "certify", "doctor", "replay")
 """These end with 1 for a caution, or for setpoints of another controller."""
+MEANT_TO_FAIL = "companion fly --faults my-faults.yaml --lockstep"
+"""Ends with 4: for three seconds the vehicle is not heard, and the flight is handed over."""
+_CTRL_C = 130
 
 
 def why_not_run(command: Command) -> str | None:
@@ -127,7 +135,7 @@ def environment() -> Iterator[dict[str, str]]:
 
 def in_real_time(command: Command) -> bool:
     """Whether a command flies by the clock on the wall."""
-    return command.argv[1] == "fly" and "--lockstep" not in command.argv
+    return command.argv[1] == "fly" and not {"--lockstep", "--help"} & set(command.argv)
 
 
 def documents_to_run() -> list[Any]:
@@ -147,24 +155,61 @@ def test_the_commands_of_a_document_run_as_written(
     document: Path, tmp_path: Path, environment: dict[str, str]
 ) -> None:
     """One after the other in one fresh folder, since later ones use what earlier ones made."""
+    for name, text in files_of(document).items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
     commands = RUN[document] + RUN.get(CONTINUED.get(document, Path()), [])
     for command in commands:
         assert shutil.which(command.program, path=environment["PATH"])
-        asked = has_vehicle(command.argv)
-        with vehicle_of(command.argv, tmp_path) if asked else contextlib.nullcontext():
-            done = subprocess.run(
-                ("bash", "-c", command.text),
-                cwd=tmp_path,
-                env=environment,
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-        allowed = (0, 1) if command.argv[1] in CAUTION else (0,)
-        assert done.returncode in allowed, (
-            f"{command.where}: `{command.text}` ended with {done.returncode}:\n"
-            f"{done.stdout}\n{done.stderr}"
+        run = run_and_end if command.argv[1] in UNTIL_ENDED else run_to_its_end
+        status, told = run(command, tmp_path, environment)
+        assert status in may_end_with(command), (
+            f"{command.where}: `{command.text}` ended with {status}:\n{told}"
         )
+
+
+def may_end_with(command: Command) -> tuple[int, ...]:
+    """The exit statuses that a reader would not wonder about."""
+    if command.text == MEANT_TO_FAIL:
+        return (4,)
+    if command.argv[1] in UNTIL_ENDED:
+        return (0, _CTRL_C)
+    return (0, 1) if command.argv[1] in CAUTION else (0,)
+
+
+def run_to_its_end(command: Command, folder: Path, environment: dict[str, str]) -> tuple[int, str]:
+    """Exit status, and all that was told."""
+    asked = has_vehicle(command.argv)
+    with vehicle_of(command.argv, folder) if asked else contextlib.nullcontext():
+        done = subprocess.run(
+            ("bash", "-c", command.text),
+            cwd=folder,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+    return done.returncode, done.stdout
+
+
+def run_and_end(command: Command, folder: Path, environment: dict[str, str]) -> tuple[int, str]:
+    """The same with Ctrl-C once it says something: what goes on until then is up by that."""
+    with (
+        usual_ports(),
+        subprocess.Popen(
+            ("bash", "-c", f"exec {command.text}"),
+            cwd=folder,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        ) as process,
+    ):
+        assert process.stdout is not None
+        told = process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        told += process.stdout.read()
+    return process.returncode, told
 
 
 @pytest.mark.realtime

@@ -23,6 +23,14 @@ def has_vehicle(argv: tuple[str, ...]) -> bool:
 
 
 @contextlib.contextmanager
+def usual_ports() -> Iterator[None]:
+    """Have the ports that PX4's simulator uses, as one test at a time may."""
+    with _LOCK.open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+@contextlib.contextmanager
 def vehicle_of(argv: tuple[str, ...], folder: Path) -> Iterator[None]:
     """Simulate the vehicle that a command connects to, at the address that it names.
 
@@ -31,8 +39,7 @@ def vehicle_of(argv: tuple[str, ...], folder: Path) -> Iterator[None]:
     address = _option(argv, "--connect")
     assert address is not None
     name = _option(argv, "--vehicle") or "bebop2"
-    with _LOCK.open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with usual_ports():
         shim = subprocess.Popen(
             ("sitl-shim", "run", "--vehicle", name, *_SHIMS[address]),
             cwd=folder,

@@ -4,7 +4,7 @@ One instance per problem, updated and warm-started from the active set of the so
 says "optimal" with NaN in x and keeps a bound active that has become infinite, so what goes in
 and what comes out is checked here.
 
-An extra: ``pip install 'companion[daqp]'``.
+An extra: ``companion[daqp]``.
 """
 
 import importlib.util
@@ -28,7 +28,7 @@ _INFINITE = 1e30
 """From here on DAQP takes a row for one without a bound."""
 _EXCESS = 1e-5
 """By which a row may lie outside its bounds: OSQP's tolerance, too."""
-REMEDY = "DAQP is not installed: pip install 'companion[daqp]', or take osqp"
+MISSING = "DAQP, an extra of its own, is not installed"
 
 
 def installed() -> bool:
@@ -109,7 +109,7 @@ class DaqpSolver:
         try:
             import daqp
         except ModuleNotFoundError as error:
-            raise ModuleNotFoundError(REMEDY) from error
+            raise ModuleNotFoundError(MISSING) from error
         rows, n = self._a.shape
         self._inactive = np.zeros(rows, dtype=np.int32)
         self._model: Any = daqp.Model()

@@ -14,10 +14,10 @@ def solver_factory(name: SolverName) -> QpSolverFactory:
     """What sets up solvers of a name.
 
     Raises:
-        ModuleNotFoundError: it is an extra that is not installed; the text says the remedy.
+        ModuleNotFoundError: it is an extra that is not installed.
     """
     if name == "osqp":
         return OsqpSolver
     if not daqp_solver.installed():
-        raise ModuleNotFoundError(daqp_solver.REMEDY)
+        raise ModuleNotFoundError(daqp_solver.MISSING)
     return DaqpSolver

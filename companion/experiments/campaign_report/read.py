@@ -20,7 +20,7 @@ __all__ = ["Campaign", "Flights", "Parameter", "read_campaign"]
 
 _TEXTS = ("key", "outcome", "note")
 _NUMBERS = ("mean_error_m", "max_error_m", "flown_s", "scored_s")
-_WHAT_IT_IS = "Is this the folder that `companion campaign` wrote?"
+_WHAT_IT_IS = "Is this the folder that `companion campaign` or `companion fly` wrote?"
 
 Column = NDArray[Any]
 

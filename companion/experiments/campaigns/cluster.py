@@ -23,6 +23,7 @@ from companion.experiments.flight_store import (
     write_flight_bytes,
 )
 from companion.experiments.workers import Failure
+from companion.extras import install_extra
 
 Future = Any
 """Of dask.distributed, which has no types."""
@@ -209,7 +210,7 @@ def _connected(address: str) -> Client:
     except ImportError as error:
         raise MissingExtraError(
             "--scheduler flies on a Dask cluster, for which dask.distributed is missing: "
-            "pip install 'companion[cluster]'"
+            f"{install_extra('cluster')}"
         ) from error
     # What happens to the connection is told here, in one sentence, and not with Dask's tracebacks.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)

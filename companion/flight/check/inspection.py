@@ -130,18 +130,14 @@ def _streams(
     state = connection.samples.source.messages
     facts = []
     for stream in connection.streams:
-        count = ears.count(stream.message_id)
-        mean_s = ears.mean_interval_s(stream.message_id) * pace
         facts.append(
             StreamFacts(
                 name=stream.message_id.name,
                 asked_hz=1.0 / stream.interval_s,
-                # Of one message alone: one in the time of measurement.
-                # All of it may have come at once, after a pause: then it has no pace of its own.
-                measured_hz=1.0 / mean_s if mean_s > 0.0 else count / (window_s * pace),
+                measured_hz=ears.rate_hz(stream.message_id, now_s) / pace,
                 longest_gap_s=ears.longest_gap_s(stream.message_id, now_s) * pace,
                 jitter_s=ears.jitter_s(stream.message_id) * pace,
-                count=count,
+                count=ears.count(stream.message_id),
                 window_s=window_s * pace,
                 is_state=stream.message_id in state,
                 required=stream.required,

@@ -15,7 +15,7 @@ from companion.flight.records import CONFIGURATION, CONTROL, INPUT
 from companion.flight.setpoints.inputs import HOLD, START
 from companion.mavlink.framing import Frame, Framer
 from companion.mavlink.messages import COMPONENT_ONBOARD_COMPUTER, MessageId
-from companion.recording.flight_log import MCAP_NAME, RECOVERED, TLOG_NAME, recovered_path
+from companion.recording.flight_log import MCAP_NAME, RECOVERED, TLOG_NAME, recovered_first
 from companion.recording.mcap_log import LogRecord, read_records
 from companion.recording.tlog import TlogRecord, read_tlog
 
@@ -122,7 +122,7 @@ def _files(path: Path) -> tuple[Path, Path]:
         return path, _beside(path, TLOG_NAME)
     if path.suffix == ".tlog":
         return _beside(path, MCAP_NAME), path
-    return _recovered_first(path / MCAP_NAME), _recovered_first(path / TLOG_NAME)
+    return recovered_first(path / MCAP_NAME), recovered_first(path / TLOG_NAME)
 
 
 def _beside(named: Path, other: str) -> Path:
@@ -132,11 +132,6 @@ def _beside(named: Path, other: str) -> Path:
         return same
     original = same.with_name(same.name.replace(RECOVERED, "", 1))
     return original if original.exists() else named.with_name(other)
-
-
-def _recovered_first(path: Path) -> Path:
-    recovered = recovered_path(path)
-    return recovered if recovered.is_file() else path
 
 
 def _records(path: Path) -> list[LogRecord]:

@@ -5,6 +5,7 @@ from typing import Literal, Protocol
 
 from companion.config.link_models import ForwardConfig
 from companion.config.yaml_source import ConfigError
+from companion.extras import install_extra
 from companion.flight.shared_link.endpoints import Endpoint
 from companion.flight.stages.mavsdk_mission import MavsdkMission
 from companion.flight.vehicle.connection import Connection
@@ -101,11 +102,11 @@ def require_mavsdk() -> None:
     """
     if find_spec("mavsdk") is None:
         raise ConfigError(
-            "link.mission_backend: mavsdk needs MAVSDK, which is not installed. Run: pip install "
-            "'companion[mavsdk]', or leave the setting out."
+            "link.mission_backend: mavsdk needs MAVSDK, which is not installed. Run: "
+            f"{install_extra('mavsdk')}, or leave the setting out."
         )
     if find_spec("mavsdk.asyncio") is None:
         raise ConfigError(
-            "link.mission_backend: mavsdk needs MAVSDK 4, and the one installed is older. Run: pip "
-            "install 'companion[mavsdk]'."
+            "link.mission_backend: mavsdk needs MAVSDK 4, and the one installed is older. Run: "
+            f"{install_extra('mavsdk')}."
         )

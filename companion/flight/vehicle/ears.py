@@ -45,10 +45,15 @@ class Ears:
         """How many of a kind came."""
         return len(self._times[int(message_id)])
 
-    def mean_interval_s(self, message_id: int) -> float:
-        """Mean time from one to the next; infinity of fewer than two."""
+    def rate_hz(self, message_id: int, now_s: float) -> float:
+        """How often one comes: by the mean time from one to the next.
+
+        Of one alone, and of many that came all at once after a pause: how many in all the time.
+        """
         times = self._times[int(message_id)]
-        return (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else math.inf
+        if len(times) > 1 and times[-1] > times[0]:
+            return (len(times) - 1) / (times[-1] - times[0])
+        return len(times) / (now_s - self._begun_s)
 
     def longest_gap_s(self, message_id: int, now_s: float) -> float:
         """Longest time without one, from the beginning until now."""

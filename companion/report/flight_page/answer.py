@@ -169,7 +169,7 @@ def _last_phase(story: Story | None) -> tuple[str, float]:
 
 
 def _ended(outcome: str) -> str:
-    return {"landed": "landed early", "aborted": "aborted"}.get(outcome, outcome)
+    return {"landed": "landed early", "unfinished": "cut off"}.get(outcome, outcome)
 
 
 def _why(note: str) -> str:

@@ -15,11 +15,12 @@ from companion.report.flight_page.findings import Limits, find
 from companion.report.flight_page.story import Story
 from companion.report.pages.provenance import Provenance
 from companion.report.pages.templating import render_page
+from companion.report.result import RESULT_NAME
 
 _PACKAGE = "companion.report.flight_page"
 _TEMPLATE = "flight.html.j2"
 _FILES = (
-    ("result.json", "the figures of this page's top, for machines"),
+    (RESULT_NAME, "the figures of this page's top, for machines"),
     (MCAP_NAME, "what the controller recorded at every tick: Foxglove, PlotJuggler"),
     (TLOG_NAME, "every MAVLink packet, raw: MAVExplorer, QGroundControl"),
     ("track.png", "the picture of the flight"),
@@ -41,6 +42,8 @@ class FlightPage:
     trouble: str
     """Why they can't, or what else is missing; empty for nothing."""
     made: Provenance
+    again: bool = False
+    """`made` says what makes the page again, and not what flies the flight again."""
 
 
 def write_page(page: FlightPage, folder: Path) -> Path:
@@ -82,6 +85,7 @@ def _context(page: FlightPage, folder: Path) -> dict[str, Any]:
         "result": result,
         "trouble": page.trouble,
         "made": page.made,
+        "again": page.again,
         "made_by_log": {} if story is None else story.made_by,
     }
 

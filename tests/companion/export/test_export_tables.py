@@ -11,12 +11,21 @@ from pymavlink import mavutil
 
 from companion.commands.export import ExportRequest, run_export
 from companion.commands.recover import RecoverRequest, run_recover
+from companion.export.csv_files import csv_tables
 from companion.export.errors import ExportError
-from companion.export.packet_tables import autopilot_times_s, layout, read_messages, taken_apart
+from companion.export.packet_tables import (
+    autopilot_times_s,
+    layout,
+    read_messages,
+    taken_apart,
+    write_packet_tables,
+)
 from companion.export.record_tables import write_record_tables
 from companion.export.source import survey
+from companion.flight.records import CHANNELS
 from companion.mavlink.dialect import MESSAGE_CLASSES, message_class
 from companion.recording.flight_files import FlightFilesError, flight_files
+from companion.recording.flight_log import FlightLog
 from companion.recording.mcap_log import McapLog
 from companion.recording.mcap_reader import read_records
 from companion.recording.tlog import read_tlog
@@ -103,6 +112,16 @@ def test_the_messages_are_those_that_pymavlink_reads(tables, flown_once):
             assert row["component"] == message.get_srcComponent()
             for field in message.get_fieldnames():
                 assert_same(row, field, getattr(message, field))
+
+
+def test_what_the_dialect_does_not_know_is_counted_by_its_number(tmp_path):
+    log = FlightLog(tmp_path, CHANNELS)
+    foreign = bytes([0xFD, 1, 0, 0, 0, 1, 1]) + (54321).to_bytes(3, "little") + b"\x07\0\0"
+    for time_s in (0.0, 0.1):
+        log.frame_in(time_s, foreign)
+    log.close()
+    into = csv_tables(tmp_path / "tables")
+    assert write_packet_tables(flight_files(tmp_path), into, lambda *_: None) == ([], {54321: 2})
 
 
 def assert_same(row, field, value):

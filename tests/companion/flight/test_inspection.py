@@ -9,6 +9,7 @@ from companion.flight.vehicle.connection import Connection
 from companion.flight.vehicle.ears import Ears
 from companion.link.memory import MemoryLink
 from companion.mavlink.codec import Packer, encode
+from companion.mavlink.framing import Framer
 from companion.mavlink.messages import MessageId
 from tests.companion.flight.test_connection import NoLog, vehicle_heartbeat
 
@@ -69,9 +70,27 @@ async def test_ears_count_the_vehicles_messages_and_keep_the_newest():
 async def test_what_never_came_has_no_rate_and_one_long_gap():
     *_, ears = await listening(MessageId.SYS_STATUS)
     assert ears.newest(MessageId.SYS_STATUS) is None
-    assert ears.mean_interval_s(MessageId.SYS_STATUS) == math.inf
+    assert ears.rate_hz(MessageId.SYS_STATUS, 3.0) == 0.0
     assert ears.longest_gap_s(MessageId.SYS_STATUS, 3.0) == 3.0
     assert math.isnan(ears.jitter_s(MessageId.SYS_STATUS))
+
+
+@pytest.mark.parametrize(
+    ("times_s", "rate_hz"),
+    [
+        pytest.param([1.0, 1.5, 2.0], 2.0, id="by the time between two"),
+        pytest.param([2.0], 0.25, id="one alone: in all the time"),
+        pytest.param([3.0, 3.0], 0.5, id="all at once: in all the time"),
+    ],
+)
+async def test_how_often_a_message_comes(times_s, rate_hz):
+    _, connection, packer, ears = await listening(MessageId.SYS_STATUS)
+    framer = Framer()
+    for time_s in times_s:
+        for frame in framer.feed(status(packer, 90)):
+            for listener in connection.listeners[MessageId.SYS_STATUS]:
+                listener(frame, time_s)
+    assert ears.rate_hz(MessageId.SYS_STATUS, 4.0) == pytest.approx(rate_hz)
 
 
 async def test_closed_ears_hear_nothing():
