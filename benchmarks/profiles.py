@@ -42,6 +42,7 @@ _PARTS = (
     ("companion/recording/", "companion: records and log"),
     ("companion/flight/records", "companion: records and log"),
     ("companion/flight/clock", "event loop"),
+    ("companion/report/", "companion: figures and page, after the landing"),
     ("companion/", "companion: the rest"),
     ("asyncio/", "event loop"),
 )

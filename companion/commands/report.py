@@ -14,7 +14,6 @@ from companion.experiments.campaign_report.read import read_campaign
 from companion.experiments.campaign_report.report import make_report
 from companion.experiments.campaign_report.terminal import tell
 from companion.experiments.campaign_report.written import report_object, write_tables
-from companion.experiments.flight_store import need_pyarrow
 
 _FOLDER = "report"
 _WIDTH = 80
@@ -51,7 +50,6 @@ def run_report(request: ReportRequest) -> None:
             )
         run_flight_report(FlightReportRequest(flight, request.json_output))
         return
-    need_pyarrow()
     report = make_report(read_campaign(request.folder))
     folder = request.folder / _FOLDER if request.out is None else request.out
     tables = write_tables(report, folder)

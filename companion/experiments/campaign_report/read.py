@@ -93,10 +93,10 @@ def read_campaign(folder: Path) -> Campaign:
         MissingExtraError: pyarrow is not installed.
         OSError: a file can't be read.
     """
-    need_pyarrow()
     if not folder.is_dir():
         raise ConfigError(f"{folder}: no such folder. {_WHAT_IT_IS}")
     manifest = _manifest(folder)
+    need_pyarrow()
     columns = _columns(folder, manifest)
     flights = _flights(columns, manifest.parameters)
     if not len(flights):
