@@ -104,7 +104,7 @@ async def test_a_system_that_cannot_be_reached_says_why(tmp_path, monkeypatch):
 async def test_a_missing_package_is_told_with_the_extra_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "motioncapture", None)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(MocapError, match="extra"):
+    with pytest.raises(MocapError, match=r"pip install .*companion\[mocap\]"):
         await open_source(MocapConfig(system="vicon"), lambda data, now: None)
 
 
