@@ -3,6 +3,7 @@
 import contextlib
 import fcntl
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +15,7 @@ _SHIMS = {
     ),
 }
 """What answers at an address; the first is where PX4's simulator speaks to a companion."""
+_SITL_SHIM = str(Path(sys.executable).with_name("sitl-shim"))
 _LOCK = Path(tempfile.gettempdir()) / "companion-tests-vehicle.lock"
 
 
@@ -41,7 +43,7 @@ def vehicle_of(argv: tuple[str, ...], folder: Path) -> Iterator[None]:
     name = _option(argv, "--vehicle") or "bebop2"
     with usual_ports():
         shim = subprocess.Popen(
-            ("sitl-shim", "run", "--vehicle", name, *_SHIMS[address]),
+            (_SITL_SHIM, "run", "--vehicle", name, *_SHIMS[address]),
             cwd=folder,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

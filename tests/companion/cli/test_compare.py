@@ -55,7 +55,7 @@ def test_it_flies_tells_and_writes_and_goes_on_where_it_was(here, capsys):
     assert re.search(r"lost 4 of 4 .* 0\.50 +2\.0 ", table)
 
     again = run_compare(asked, stand_ins.keep_made_up)  # it would fail if it flew one twice
-    assert again.cells == comparison.cells
+    assert repr(again.cells) == repr(comparison.cells)  # some of what is not known is NaN
 
 
 def test_errors_may_be_against_the_reported_position_without_flying_anew(capsys):

@@ -300,7 +300,7 @@ def test_a_topic_whose_fields_change_keeps_all_of_them(tmp_path, quiet):
 
 def test_a_long_log_takes_no_more_memory_than_a_short_one(tmp_path, quiet):
     peaks = []
-    for count in (10_000, 30_000):
+    for count in (10_000, 60_000):
         folder = tmp_path / str(count)
         folder.mkdir()
         log = McapLog(folder / "flight.mcap")
@@ -317,7 +317,7 @@ def test_a_long_log_takes_no_more_memory_than_a_short_one(tmp_path, quiet):
         write_record_tables(files, found, begin, quiet)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-    assert peaks[1] < 1.2 * peaks[0]
+    assert peaks[1] < 2.0 * peaks[0], "six times the log"
 
 
 class Nowhere:
