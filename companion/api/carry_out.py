@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+import signal
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -74,6 +75,8 @@ def carry_out(order: Order, folder: Path | None, call: str) -> Flight:
                 observer.message("warning", text)
     if inbox.interrupts:
         raise KeyboardInterrupt
+    if inbox.ended_by is not None:
+        signal.raise_signal(inbox.ended_by)  # the flight has landed; now it does what it would have
     raised = None if order.watched is None else order.watched.raised
     if raised is not None and order.own is not None and order.own.fallback is None:
         raise ControllerError(

@@ -73,10 +73,13 @@ def fly(
     Raises:
         InputError: it can't be flown as asked: nothing was.
         ControllerError: a controller of one's own raised an exception and had no fallback.
-        KeyboardInterrupt: Ctrl-C; the simulated vehicle has landed.
+        KeyboardInterrupt: Ctrl-C; the simulated vehicle has landed.  SIGTERM and SIGHUP, too, land
+            it first, and then do what they did before: by default they end the program.
         Exception: whatever a wind of one's own raises.
     """
     call = call_of(dict(locals()))
+    if seed is not None and not isinstance(seed, SupportsIndex):
+        raise InputError(f"seed {seed!r} is no whole number.")
     chosen: dict[str, object] = {
         "vehicle": vehicle,
         "plant": plant,

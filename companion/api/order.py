@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from companion.api.errors import InputError
 from companion.api.own import WatchedController, Wind, name_of
 from companion.config.resolve import FlightConfig
@@ -87,13 +89,22 @@ def texts_of(settings: Mapping[str, object]) -> dict[str, str]:
     Raises:
         InputError: one is nothing that YAML has.
     """
+    if not isinstance(settings, Mapping):
+        raise InputError(f"settings {settings!r} are none. Give {{key: value}}.")
     try:
         return {
-            key: value if isinstance(value, str) else json.dumps(value, default=float)
+            key: value if isinstance(value, str) else json.dumps(value, default=_plain)
             for key, value in settings.items()
         }
     except (TypeError, ValueError) as error:
         raise InputError(f"settings {dict(settings)!r}: {error}.") from error
+
+
+def _plain(value: object) -> object:
+    """One of numpy's numbers, or an array, as Python's."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{value!r} is nothing that YAML has")
 
 
 def call_of(arguments: Mapping[str, object]) -> str:

@@ -1,6 +1,7 @@
 """What a user brings along: looked at before it flies."""
 
 import inspect
+import math
 from collections.abc import Callable
 from typing import cast
 
@@ -56,7 +57,7 @@ def make_trajectory(
         return trajectory_from_function(
             position, duration_s, name=name, velocity=velocity, acceleration=acceleration
         )
-    except ValueError as error:
+    except (ValueError, TypeError) as error:
         raise InputError(f"{error}.") from error
 
 
@@ -73,11 +74,23 @@ def sound_trajectory(given: object) -> Trajectory:
                 "with what companion.api.Trajectory has; make_trajectory makes one of a function."
             )
     trajectory = cast("Trajectory", given)
-    scored_s, end_s = trajectory.scored_s, trajectory.end_s
-    if not 0.0 < scored_s <= end_s:
+    try:
+        return _looked_at(trajectory)
+    except InputError:
+        raise
+    except Exception as error:  # whatever a user's function raises
         raise InputError(
-            f"trajectory '{trajectory.name}': 0 < scored_s ≤ end_s must hold, not {scored_s:g} s "
-            f"and {end_s:g} s."
+            f"trajectory '{trajectory.name}': {type(error).__name__}: {error}. Its times are "
+            "numbers, and its functions give what companion.api.Trajectory says."
+        ) from error
+
+
+def _looked_at(trajectory: Trajectory) -> Trajectory:
+    scored_s, end_s = trajectory.scored_s, trajectory.end_s
+    if not 0.0 < scored_s <= end_s < math.inf:
+        raise InputError(
+            f"trajectory '{trajectory.name}': 0 < scored_s ≤ end_s < ∞ must hold, not "
+            f"{scored_s:g} s and {end_s:g} s."
         )
     times = np.linspace(0.0, end_s, 101)
     motion = trajectory.motion(times)

@@ -22,6 +22,8 @@ def vehicle_of(name: str) -> dict[str, Any]:
     Raises:
         InputError: there is none of that name.
     """
+    if not isinstance(name, str):
+        raise InputError(f"{name!r} is no vehicle's name.")
     try:
         return copy.deepcopy(dict(read_yaml(find_config("vehicle", name)).data))
     except ConfigError as error:

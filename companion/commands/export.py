@@ -20,6 +20,7 @@ from companion.export.rerun import write_rerun
 from companion.export.source import Tell, survey
 from companion.export.tables import Table
 from companion.recording.flight_files import FlightFiles, flight_files
+from companion.recording.flight_log import RECOVERED
 from companion.recording.whole_file import made_whole
 from companion.report.consoles import plain_console
 
@@ -83,10 +84,15 @@ def run_export(request: ExportRequest) -> Exported:
             f"{target} cannot be written: {error.strerror or error}. Choose another place with "
             "--out."
         ) from error
+    except (KeyError, TypeError, ValueError) as error:
+        raise ExportError(
+            f"{files.mcap}: its records are not those of a flight of this version "
+            f"({type(error).__name__}: {error}). Export it with the version that flew it."
+        ) from error
     console = plain_console(sys.stdout)
     for read in (files.mcap, files.tlog):
-        if read is not None and ".recovered" in read.name:
-            console.print(f"read: {read}, instead of the damaged log", markup=False, soft_wrap=True)
+        if read is not None and RECOVERED in read.name:
+            console.print(f"read: {read}, which was recovered", markup=False, soft_wrap=True)
     console.print(f"written: {done.path}: {done.what}", markup=False, soft_wrap=True)
     if done.note:
         console.print(f"  {done.note}", markup=False, soft_wrap=True)
@@ -117,7 +123,9 @@ def _export_tables(kind: str, files: FlightFiles, target: Path, tell: Tell) -> E
     """Write tables to a folder that appears when all are whole."""
     found = survey(files, tell)
     target.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = target.with_name(f".unfinished.{target.name}")
+    # Where the folder is there, it stays the one that others stand in.
+    there = target.is_dir()
+    unfinished = target / ".unfinished" if there else target.with_name(f".unfinished.{target.name}")
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir()
     try:
@@ -131,7 +139,12 @@ def _export_tables(kind: str, files: FlightFiles, target: Path, tell: Tell) -> E
         tables += messages
         if kind == "csv":
             write_dictionary(unfinished, [table for table, _ in tables])
-        unfinished.replace(target)
+        if there:
+            for made in unfinished.iterdir():
+                made.rename(target / made.name)
+            unfinished.rmdir()
+        else:
+            unfinished.replace(target)
     except BaseException:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise

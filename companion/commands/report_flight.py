@@ -9,8 +9,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from companion.config.yaml_source import ConfigError
 from companion.experiments.provenance import commit, version
-from companion.recording.flight_log import MCAP_NAME
+from companion.recording.flight_log import MCAP_NAME, TLOG_NAME, recovered_first
 from companion.report.again import report_flight
 from companion.report.pages.provenance import Provenance
 from companion.report.summary import print_summary
@@ -28,19 +29,25 @@ class FlightReportRequest:
 
 def flight_folder(path: Path) -> Path | None:
     """The folder of a flight, by itself or by one of its logs; None if it is something else."""
-    folder = path.parent if path.suffix in (".mcap", ".tlog") else path
-    return folder if (folder / MCAP_NAME).is_file() else None
+    folder = path.parent if path.name in (MCAP_NAME, TLOG_NAME) else path
+    return folder if recovered_first(folder / MCAP_NAME).is_file() else None
 
 
 def run_flight_report(request: FlightReportRequest) -> None:
     """Write a flight's page, and tell what is on top of it.
 
     Raises:
-        ConfigError: the folder's log can't be read, or is not one of this version.
-        OSError: the page can't be written.
+        ConfigError: the folder's log can't be read, is not one of this version, or the page can't
+            be written there.
     """
     command = shlex.join(["companion", "report", str(request.folder)])
-    made = report_flight(request.folder, Provenance(command, version(), commit()))
+    try:
+        made = report_flight(request.folder, Provenance(command, version(), commit()))
+    except OSError as error:
+        raise ConfigError(
+            f"{error.filename or request.folder}: {error.strerror or error}. The page lies beside "
+            "the logs: copy the folder to where you may write."
+        ) from error
     if request.json_output:
         sys.stdout.write(json.dumps(made.result, ensure_ascii=False, allow_nan=False) + "\n")
         return

@@ -1,12 +1,13 @@
 """The controller's records as tables: one for each topic of the log."""
 
 from collections.abc import Callable
+from itertools import islice
 from typing import Any
 
 import orjson
 
 from companion.export.source import Sighting, Survey, Tell, Topic
-from companion.export.tables import LOG_TIME, Begin, Column, Rows, Table
+from companion.export.tables import LOG_TIME, Begin, Column, Rows, Table, file_stem
 from companion.flight.records import CHANNELS
 from companion.recording.flight_files import FlightFiles
 from companion.recording.schema import Field, frame_of, measure_of
@@ -30,14 +31,15 @@ def write_record_tables(
     """
     rows: dict[str, tuple[Rows, list[Pick]]] = {}
     try:
+        stems: dict[str, int] = {}
         for name, topic in found.topics.items():
-            table, picks = _table(name, topic)
+            stem = file_stem(name)
+            number = stems[stem] = stems.get(stem, 0) + 1
+            table, picks = _table(stem if number == 1 else f"{stem}-{number}", name, topic)
             rows[name] = Rows(table, begin), picks
-        for count, record in enumerate(files.records()):
-            at = rows.get(record.topic)
-            if at is None:
-                continue  # a flight still goes on, and said this after the survey
-            table_rows, picks = at
+        # A flight that still goes on has said more since the survey.
+        for count, record in enumerate(islice(files.records(), found.records)):
+            table_rows, picks = rows[record.topic]
             values = record.values
             table_rows.add([record.time_s, *(pick(values) for pick in picks)])
             if count % _TOLD_EACH == 0:
@@ -49,7 +51,7 @@ def write_record_tables(
     return [(table_rows.table, table_rows.count) for table_rows, _ in rows.values()]
 
 
-def _table(name: str, topic: Topic) -> tuple[Table, list[Pick]]:
+def _table(stem: str, name: str, topic: Topic) -> tuple[Table, list[Pick]]:
     """A topic's table, and what takes each column but the first out of a record."""
     spec = _SPECS.get(name)
     told = {field.name: field for field in spec.fields} if spec else {}
@@ -60,7 +62,7 @@ def _table(name: str, topic: Topic) -> tuple[Table, list[Pick]]:
         for column, pick in _spread(field, sighting):
             columns.append(column)
             picks.append(pick)
-    return Table(name, tuple(columns), spec.description if spec else ""), picks
+    return Table(stem, tuple(columns), spec.description if spec else ""), picks
 
 
 def _spread(field: Field, sighting: Sighting) -> list[tuple[Column, Pick]]:

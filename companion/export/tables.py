@@ -4,6 +4,7 @@ Tidy: a row is one record or one message, a column is one figure.  A vector is s
 one an axis.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -22,6 +23,11 @@ class Column:
     unit: str = ""
     frame: str = ""
     about: str = ""
+
+
+def file_stem(topic: str) -> str:
+    """What a topic's file may be called: whoever made the log, it lies in the folder asked for."""
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", topic).strip("_") or "topic"
 
 
 LOG_TIME = Column("log_time_s", "number", "s", "", "the companion's clock, since the log's time 0")

@@ -1,5 +1,6 @@
 """The one inbox of a flight: commands of a person, from wherever they come."""
 
+import signal
 from collections import deque
 from collections.abc import Callable
 from enum import Enum
@@ -25,6 +26,8 @@ class Inbox:
         self._waiting: deque[PilotCommand] = deque()
         self.interrupts = 0
         """How often a person has pressed Ctrl-C."""
+        self.ended_by: signal.Signals | None = None
+        """SIGTERM or SIGHUP, if one of them came."""
         self.on_put: Callable[[PilotCommand], None] | None = None
         """Called when a command has come; the flight wakes up by it."""
 

@@ -20,7 +20,8 @@ from companion.flight.observer import Observer
 def commands_by_signal(inbox: Inbox, observer: Observer) -> Iterator[None]:
     """Put commands into the inbox when signals come, instead of breaking off.
 
-    Only the main thread can; elsewhere signals do what they did before.
+    Only the main thread can; elsewhere signals do what they did before.  Afterwards they do so
+    again.
     """
     loop = asyncio.get_running_loop()
 
@@ -36,18 +37,25 @@ def commands_by_signal(inbox: Inbox, observer: Observer) -> Iterator[None]:
             inbox.put(PilotCommand.ABORT)
         inbox.interrupts += 1
 
+    def on_end(number: signal.Signals) -> None:
+        inbox.ended_by = number
+        inbox.put(PilotCommand.END)
+
     ends = [signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         ends.append(signal.SIGHUP)
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, *ends)}
     try:
         loop.add_signal_handler(signal.SIGINT, on_interrupt)
         for number in ends:
-            loop.add_signal_handler(number, inbox.put, PilotCommand.END)
+            loop.add_signal_handler(number, on_end, number)
     except (ValueError, RuntimeError):
         yield
         return
     try:
         yield
     finally:
-        for number in (signal.SIGINT, *ends):
+        for number, handler in before.items():
             loop.remove_signal_handler(number)
+            if handler is not None:  # one that was not set from Python can't be set back
+                signal.signal(number, handler)

@@ -40,7 +40,10 @@ class FlightFiles:
         except OSError as error:
             raise _unreadable(self.mcap, error) from error
         except McapError as error:
-            raise FlightFilesError(str(error) or f"{self.mcap} is no MCAP file.") from error
+            said = str(error)
+            if str(self.mcap) not in said:
+                said = f"{self.mcap}: {said or 'no MCAP file'}. Is it a flight's log?"
+            raise FlightFilesError(said) from error
 
     def packets(self) -> Iterator[TlogRecord]:
         """The MAVLink packets, in order, up to where an unfinished log ends; none without a tlog.
@@ -79,6 +82,8 @@ def flight_files(path: Path) -> FlightFiles:
         raise FlightFilesError(
             f"{path} is not there. Name the folder that `companion fly` made for the flight."
         )
+    if path.is_file() and path.suffix not in (".mcap", ".tlog"):
+        raise FlightFilesError(f"{path} is no log. Name a flight's folder, its .mcap or its .tlog.")
     folder = path if path.is_dir() else path.parent
     mcap = recovered_first(folder / MCAP_NAME) if path.is_dir() or path.suffix != ".mcap" else path
     tlog = recovered_first(folder / TLOG_NAME) if path.is_dir() or path.suffix != ".tlog" else path

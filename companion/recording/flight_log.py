@@ -23,9 +23,15 @@ def recovered_path(log: Path) -> Path:
 
 
 def recovered_first(log: Path) -> Path:
-    """What was recovered of a log, if somebody did that (`companion recover`); else the log."""
+    """What was recovered of a log (`companion recover`) after it had ended; else the log itself.
+
+    What was recovered while the flight went on is less than the log.
+    """
     recovered = recovered_path(log)
-    return recovered if recovered.is_file() else log
+    if not recovered.is_file():
+        return log
+    ended = not log.is_file() or recovered.stat().st_mtime_ns >= log.stat().st_mtime_ns
+    return recovered if ended else log
 
 
 class LogListener(Protocol):

@@ -97,7 +97,10 @@ def test_a_flight_without_its_result_is_unfinished(tmp_path):
 
 
 def test_what_was_asked_for_on_the_command_line_can_be_asked_for_here():
-    flight = fly(SHORT, settings={"controller.mpc.horizon": 20, "supervisor.jump_limit_m": 0.5})
+    horizon = np.int64(20)
+    flight = fly(
+        SHORT, settings={"controller.mpc.horizon": horizon, "supervisor.jump_limit_m": 0.5}
+    )
     assert flight.completed
 
 
@@ -112,6 +115,9 @@ def test_what_was_asked_for_on_the_command_line_can_be_asked_for_here():
         ({"fallback": "mpc-l1"}, "belongs to a controller of one's own"),
         ({"settings": {"controller.mpc.horizn": 20}}, "horizn"),
         ({"plant": "nowhere.yaml"}, "plant: nowhere.yaml: no such YAML file"),
+        ({"settings": ["controller.mpc.horizon"]}, "Give {key: value}"),
+        ({"settings": {"hover_s": object()}}, "nothing that YAML has"),
+        ({"seed": 1.5}, "seed 1.5 is no whole number"),
         ({"settings": {"connect": "udpin://127.0.0.1:14540"}}, "a real vehicle is flown by"),
     ],
 )

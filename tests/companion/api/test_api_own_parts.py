@@ -192,6 +192,29 @@ def test_ctrl_c_lands_the_simulated_vehicle_and_ends_the_call():
     assert asked[0] > 0.5
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_other_signals_land_it_and_then_do_what_they_did_before(number, monkeypatch):
+    came: list[tuple[int, str]] = []
+    before = signal.signal(number, lambda given, _: came.append((given, "mine")))
+    interrupts = signal.getsignal(signal.SIGINT)
+
+    def wind(time_s: float, position_enu_m: tuple[float, float, float]):
+        if time_s > 5.0 and not asked:
+            asked.append(time_s)
+            os.kill(os.getpid(), number)
+        return (0.0, 0.0, 0.0)
+
+    asked: list[float] = []
+    try:
+        flight = fly(SHORT, wind=wind)
+        assert not flight.completed
+        assert came == [(number, "mine")]
+        assert signal.getsignal(number)(number, None) is None
+        assert signal.getsignal(signal.SIGINT) is interrupts
+    finally:
+        signal.signal(number, before)
+
+
 @dataclass(frozen=True)
 class Bob:
     """A trajectory of a class of one's own."""
@@ -239,6 +262,8 @@ def test_an_object_with_the_protocol_is_a_trajectory():
         (Bob(lift_m=math.nan), "not finite"),
         (Bob(end_s=3.0), "scored_s ≤ end_s"),
         (Bob(lift_m=2.0), "needs"),
+        (Bob(scored_s="5"), "'bob': TypeError"),
+        (Bob(end_s=math.inf), "end_s < ∞"),
     ],
 )
 def test_a_trajectory_that_contradicts_itself_is_refused(given, says):
@@ -287,6 +312,8 @@ def test_the_derivatives_of_a_function_are_those_of_its_positions_also_in_the_ra
         (lambda s: (0.0, 0.0, math.nan if s > 7.9 else 1.0), 8.0, "not finite"),
         (lambda s: (0.0, 0.0, 1.0), 3.0, "takes 4 to 3600 s"),
         (lambda s: (0.0, 0.0, 1.0), math.nan, "takes 4 to 3600 s"),
+        (lambda s: (0.0, 0.0, 1.0), "10", "10|str"),
+        (5, 8.0, "not callable"),
     ],
 )
 def test_a_function_that_makes_no_trajectory_is_refused(function, duration_s, says):

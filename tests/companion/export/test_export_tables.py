@@ -1,8 +1,10 @@
 import csv
 import json
 import math
+import os
 import sys
 import tracemalloc
+from pathlib import Path
 
 import pyarrow as arrow
 import pyarrow.parquet as parquet
@@ -25,7 +27,7 @@ from companion.export.source import survey
 from companion.flight.records import CHANNELS
 from companion.mavlink.dialect import MESSAGE_CLASSES, message_class
 from companion.recording.flight_files import FlightFilesError, flight_files
-from companion.recording.flight_log import FlightLog
+from companion.recording.flight_log import FlightLog, recovered_first
 from companion.recording.mcap_log import McapLog
 from companion.recording.mcap_reader import read_records
 from companion.recording.tlog import read_tlog
@@ -222,7 +224,7 @@ def test_a_damaged_log_names_the_remedy_and_what_it_saves_is_exported(flight, ca
     assert run_recover(RecoverRequest(path)) == 0
     capsys.readouterr()
     run_export(ExportRequest(flight))
-    assert "flight.recovered.mcap, instead of the damaged log" in capsys.readouterr().out
+    assert "flight.recovered.mcap, which was recovered" in capsys.readouterr().out
     assert parquet.read_metadata(flight / "parquet" / "control.parquet").num_rows > 100
 
 
@@ -254,7 +256,7 @@ def test_ulog_is_refused_with_the_reason(flight):
     [
         (lambda path: None, "is not there"),
         (lambda path: path.mkdir(), "holds no flight.mcap"),
-        (lambda path: path.write_bytes(b"text"), "holds no flight.mcap"),
+        (lambda path: path.write_bytes(b"text"), "is no log"),
     ],
 )
 def test_what_is_no_flight_is_said_to_be_none(tmp_path, make, words):
@@ -342,3 +344,44 @@ def test_a_packet_of_either_protocol_is_taken_apart(flown_once):
         assert (packet.message_id, packet.system, packet.component) == (4, 7, 9)
         (row,) = read_messages(packet.message_id, [packet.payload])
         assert (row["time_usec"], row["seq"]) == (1, 2)
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_whatever_a_log_calls_its_topics_its_tables_lie_in_the_folder_asked_for(tmp_path, kind):
+    folder = tmp_path / "flight"
+    folder.mkdir()
+    log = McapLog(folder / "flight.mcap")
+    for topic in ("/tmp/there", "../../up", "..__up", "/"):
+        log.write(topic, 0.0, {"a": 1.0})
+    log.close()
+    out = tmp_path / "deep" / "out"
+    run_export(ExportRequest(folder, kind, out))
+    tables = {path.relative_to(out).as_posix() for path in out.rglob(f"*.{kind}")}
+    assert tables - {"columns.csv"} == {f"{s}.{kind}" for s in ("tmp_there", "up", "up-2", "topic")}
+    assert not [path for path in tmp_path.rglob(f"*.{kind}") if not path.is_relative_to(out)]
+
+
+def test_tables_go_into_an_empty_folder_that_one_stands_in(flown_once, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run_export(ExportRequest(flown_once, "csv", Path()))
+    assert (Path() / "control.csv").is_file()
+    assert not (tmp_path / ".unfinished").exists()
+
+
+def test_records_of_another_shape_are_told_with_their_file(tmp_path):
+    log = McapLog(tmp_path / "flight.mcap")
+    log.write("control", 0.0, {"position_enu_m": [0.0, 0.0, 1.0]})
+    log.close()
+    with pytest.raises(ExportError, match=r"flight\.mcap: its records are not"):
+        run_export(ExportRequest(tmp_path, "foxglove", tmp_path / "out"))
+
+
+def test_what_was_recovered_counts_unless_the_log_went_on(tmp_path):
+    log, recovered = tmp_path / "flight.mcap", tmp_path / "flight.recovered.mcap"
+    recovered.touch()
+    assert recovered_first(log) == recovered, "the log itself is gone"
+    log.touch()
+    os.utime(recovered, (1000.0, 1000.0))
+    assert recovered_first(log) == log
+    os.utime(log, (999.0, 999.0))
+    assert recovered_first(log) == recovered
