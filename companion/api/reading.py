@@ -10,14 +10,13 @@ from mcap.exceptions import McapError
 
 from companion.api.errors import InputError
 from companion.api.flight import Flight, figures_of, ticks_of, truth_of
+from companion.flight.configuration_record import recorded_configuration
 from companion.flight.records import CONFIGURATION, EVENT, INPUT
-from companion.flight.setpoints.inputs import ENGAGE
-from companion.recording.flight_log import MCAP_NAME, recovered_first
-from companion.recording.mcap_log import read_records
 from companion.report import flight_data
-from companion.report.cut_off import UNFINISHED
+from companion.report.cut_off import UNFINISHED, cut_off_result
+from companion.report.flight_page.story import story_of
 from companion.report.result import RESULT_NAME
-from companion.report.scored_interval import scored_interval_s
+from companion.report.scored_interval import engagement_of, scored_interval_s
 from companion.trajectories.harmonic import TEST_TRAJECTORIES
 
 
@@ -32,15 +31,28 @@ def read_flight(folder: str | Path) -> Flight:
     """
     folder = Path(folder)
     try:
-        data = flight_data.read_flight(folder)
-        told = _told(folder)
+        log = flight_data.read_log(folder)
+        data = flight_data.flight_from_log(log, folder)
+        told = log.get(CONFIGURATION.topic, ())
+        if not told:
+            raise ValueError("it ends before a flight began")
+        mission = told[0].values["mission"]
+        engagement = engagement_of(log.get(INPUT.topic, ()))
+        scored_s = scored_interval_s(engagement, mission.get("trajectory"))
         result = _result_object(folder)
-    except (OSError, ValueError, McapError) as error:
+        if result is None:
+            config = recorded_configuration(dict(told[0].values))
+            result = cut_off_result(config, story_of(data, log), log, scored_s, folder)
+        seed = int(mission.get("seed", 0))
+    except (OSError, LookupError, TypeError, ValueError, AttributeError, McapError) as error:
         raise InputError(
             f"{folder}: no flight can be read ({error}). Give the folder of a flight's logs."
         ) from error
-    mission = told.configuration.get("mission", {})
-    scored_s = scored_interval_s(told.engagement, mission.get("trajectory"))
+    warnings = tuple(
+        str(record.values.get("text", ""))
+        for record in log.get(EVENT.topic, ())
+        if record.values.get("severity") != "info"
+    )
     completed = bool(result.get("completed", False))
     figures = figures_of(data, scored_s)
     if not completed:
@@ -50,13 +62,13 @@ def read_flight(folder: str | Path) -> Flight:
     return Flight(
         outcome=str(result.get("outcome", UNFINISHED)),
         completed=completed,
-        note=str(result.get("note", "The log has no result: the flight was cut off, or goes on.")),
-        warnings=told.warnings,
+        note=str(result.get("note") or ""),
+        warnings=warnings,
         trajectory=_trajectory_name(mission.get("trajectory")),
         controller=str(mission.get("controller", "")),
         vehicle=str(mission.get("vehicle", "")),
         wind="" if mission.get("connect") is not None else str(mission.get("wind", "")),
-        seed=int(mission.get("seed", 0)),
+        seed=seed,
         scored_s=scored_s,
         figures=figures,
         ticks=ticks_of(data, began_s),
@@ -66,39 +78,11 @@ def read_flight(folder: str | Path) -> Flight:
     )
 
 
-class _Told:
-    """What the records say beside the ticks."""
-
-    def __init__(self) -> None:
-        self.configuration: Mapping[str, Any] = {}
-        self.engagement: Mapping[str, Any] | None = None
-        """The last: what is scored is what was flown after it."""
-        self.texts: list[str] = []
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a person was warned of."""
-        return tuple(self.texts)
-
-
-def _told(folder: Path) -> _Told:
-    told = _Told()
-    for record in read_records(recovered_first(folder / MCAP_NAME)):
-        values = record.values
-        if record.topic == CONFIGURATION.topic:
-            told.configuration = values
-        elif record.topic == INPUT.topic and values.get("kind") == ENGAGE:
-            told.engagement = values["values"]
-        elif record.topic == EVENT.topic and values.get("severity") != "info":
-            told.texts.append(str(values.get("text", "")))
-    return told
-
-
-def _result_object(folder: Path) -> Mapping[str, Any]:
-    """What `result.json` says; nothing if there is none."""
+def _result_object(folder: Path) -> Mapping[str, Any] | None:
+    """What `result.json` says; None if there is none."""
     path = folder / RESULT_NAME
     if not path.is_file():
-        return {}
+        return None
     found = json.loads(path.read_text(encoding="utf-8"))
     if not isinstance(found, dict):
         raise ValueError(f"{path} is not a result")

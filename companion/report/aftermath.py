@@ -61,6 +61,8 @@ def score_and_draw(
     result = result_object(
         config.mission, outcome, figures, wall_s=wall_s, log_dir=folder.resolve(), event=happened
     )
+    if page is not None:
+        result["command"] = page.command
     try:
         write_result(folder, result)
     except OSError as error:

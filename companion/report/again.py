@@ -56,6 +56,8 @@ def report_flight(folder: Path, made: Provenance) -> ReportedFlight:
             engagement_of(log.get(INPUT.topic, ())), config.mission.trajectory
         )
         result = _result(config, story, log, scored_s, folder)
+    except ConfigError:
+        raise
     except FileNotFoundError as error:
         raise ConfigError(f"{error.filename}: not there. Give a flight's whole folder.") from error
     except (McapError, ValueError, KeyError, TypeError, IndexError) as error:
@@ -63,11 +65,17 @@ def report_flight(folder: Path, made: Provenance) -> ReportedFlight:
             f"{path}: not the log of a flight of this version ({type(error).__name__}: {error}). "
             "`companion recover` saves what is whole of a damaged log."
         ) from error
-    if scored_s is not None:
-        lost = result["outcome"] not in GOOD
-        draw(config, story.data, scored_s, folder, lost=lost)
-    page = FlightPage(config, result, scored_s, story, "", made, again=True)
-    return ReportedFlight(result, write_page(page, folder))
+    try:
+        if scored_s is not None:
+            lost = result["outcome"] not in GOOD
+            draw(config, story.data, scored_s, folder, lost=lost)
+        page = FlightPage(config, result, scored_s, story, "", made, again=True)
+        return ReportedFlight(result, write_page(page, folder))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ConfigError(
+            f"{folder / RESULT_NAME}: not what this version writes ({type(error).__name__}: "
+            f"{error}). {_WITHOUT}"
+        ) from error
 
 
 def _configuration(path: Path, log: Mapping[str, Sequence[LogRecord]]) -> FlightConfig:
@@ -89,7 +97,7 @@ def _result(
     if not path.is_file():
         return said_by_log
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
     except ValueError as error:
         raise ConfigError(f"{path}: {error}. {_WITHOUT}") from error
     missing = set(said_by_log).difference(found if isinstance(found, dict) else ())
@@ -97,4 +105,8 @@ def _result(
         raise ConfigError(
             f"{path}: not the result of a flight, it lacks {', '.join(sorted(missing))}. {_WITHOUT}"
         )
-    return dict(found)
+    return dict(found) | {"log_dir": said_by_log["log_dir"]}  # it may have been moved
+
+
+def _refuse(constant: str) -> float:
+    raise ValueError(f"{constant} is no figure")

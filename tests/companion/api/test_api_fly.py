@@ -85,15 +85,26 @@ def test_a_folder_is_read_back_as_it_was_flown(flight, tmp_path):
         fly(SHORT, folder=tmp_path / "flight")
 
 
-def test_a_flight_without_its_result_is_unfinished(tmp_path):
+@pytest.mark.parametrize(("share", "completed"), [(1.0, True), (0.7, False)])
+def test_a_flight_without_its_result_is_unfinished(tmp_path, share, completed):
     fly(SHORT, folder=tmp_path)
     (tmp_path / "result.json").unlink()
+    log = tmp_path / "flight.mcap"
+    log.write_bytes(log.read_bytes()[: int(share * log.stat().st_size)])
 
     read = read_flight(tmp_path)
 
-    assert (read.outcome, read.completed) == ("unfinished", False)
-    assert math.isinf(read.mean_error_m)
+    assert (read.outcome, read.completed) == ("unfinished", completed)
+    assert math.isinf(read.mean_error_m) != completed
     assert score(read).mean_error_m < 0.04
+    assert "the log ends in the phase" in read.note
+
+
+def test_an_empty_log_is_no_flight(tmp_path):
+    for name in ("flight.mcap", "flight.tlog"):
+        (tmp_path / name).touch()
+    with pytest.raises(InputError, match="ends before a flight began"):
+        read_flight(tmp_path)
 
 
 def test_what_was_asked_for_on_the_command_line_can_be_asked_for_here():

@@ -2,7 +2,9 @@
 far as its log goes."""
 
 import json
+import re
 import shutil
+from html import escape
 
 import pytest
 
@@ -50,12 +52,13 @@ def test_a_finished_flight_has_the_same_page_again(folder):
 
     made = report_flight(folder, MADE)
 
-    assert made.result == result
+    assert made.result == result | {"log_dir": str(folder)}
     after = made.page.read_text()
     glance = before[before.index("<main") : before.index("<figure")]
     assert glance in after
     assert "companion report here" in after
-    assert "flown again by" not in after
+    assert result["command"].startswith("companion fly --traj ")
+    assert f"<code>{escape(result['command'])}</code>" in after
     assert (folder / "track.png").read_bytes() == picture
 
 
@@ -86,7 +89,7 @@ def test_what_a_log_says_of_a_whole_flight_is_its_result(folder):
 
     made = report_flight(folder, MADE).result
 
-    not_recorded = {"outcome", "note", "wall_s", "log_dir", "autopilot", "monitor_worst"}
+    not_recorded = {"command", "outcome", "note", "wall_s", "log_dir", "autopilot", "monitor_worst"}
     assert made.pop("flight_s") <= result.pop("flight_s"), "the landing is in no record"
     assert {k: v for k, v in made.items() if k not in not_recorded} == {
         k: v for k, v in result.items() if k not in not_recorded
@@ -102,22 +105,29 @@ def test_the_command_tells_and_writes(folder, capsys):
     assert (folder / "report.html").is_file()
 
 
+def falsify(folder, **values):
+    path = folder / "result.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | values))
+
+
 @pytest.mark.parametrize(
     ("hurt", "text"),
     [
         (lambda folder: (folder / MCAP_NAME).write_bytes(b""), "ends before a flight began"),
         (lambda folder: (folder / MCAP_NAME).write_text("no log at all" * 9), "not the log of a"),
-        (lambda folder: (folder / TLOG_NAME).unlink(), "flight.tlog: not there"),
+        (lambda folder: (folder / TLOG_NAME).unlink(), "not there"),
         (lambda folder: (folder / "result.json").write_text("[1, 2]"), "it lacks"),
         (lambda folder: (folder / "result.json").write_text("{}"), "it lacks .*outcome"),
-        (lambda folder: (folder / "result.json").write_text('{"outcome": '), "result.json"),
+        (lambda folder: (folder / "result.json").write_text('{"outcome": '), "Expecting"),
+        (lambda folder: falsify(folder, wall_s="x"), "not what this version writes"),
+        (lambda folder: falsify(folder, flight_s=float("nan")), "NaN is no figure"),
     ],
 )
 def test_what_can_not_be_read_is_told_with_its_file(folder, hurt, text):
     hurt(folder)
-    with pytest.raises(ConfigError, match=text) as caught:
+    with pytest.raises(ConfigError, match=f"^{re.escape(str(folder))}/[a-z.]+: .*{text}") as caught:
         report_flight(folder, MADE)
-    assert str(folder) in str(caught.value)
+    assert str(caught.value).count(str(folder)) == 1
 
 
 def test_a_flights_page_lies_nowhere_else(folder, tmp_path):
