@@ -2,9 +2,14 @@
 
 import contextlib
 import os
+import signal
 
 # Processes of tests share the processors: threads of the linear algebra only get in their way.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# A shell's background job ignores Ctrl-C, and so would every program that a test ends by it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 _GIVES_WAY = 10
 
